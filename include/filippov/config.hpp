@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The only macros of the library (besides the version).
+#pragma once
+
+#if defined(__GNUC__) || defined(__clang__)
+/// The step loop is written as many short functions; the ones inside a stage must not become calls.
+#define FILIPPOV_INLINE [[gnu::always_inline]] inline
+#define FILIPPOV_LAMBDA_INLINE __attribute__((always_inline))
+/// Everything called from here, the user's field included, is inlined: the chain from stage to stage
+/// must not go through memory.
+#define FILIPPOV_FLATTEN [[gnu::flatten]]
+#define FILIPPOV_COLD [[gnu::cold, gnu::noinline]]
+#else
+#define FILIPPOV_INLINE inline
+#define FILIPPOV_LAMBDA_INLINE
+#define FILIPPOV_FLATTEN
+#define FILIPPOV_COLD
+#endif

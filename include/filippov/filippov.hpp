@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Everything.
+#pragma once
+
+#include <filippov/flow.hpp>
+#include <filippov/models/belt.hpp>
+#include <filippov/models/coulomb.hpp>
+#include <filippov/models/dieci_lopez.hpp>
+#include <filippov/models/oscillator.hpp>
+#include <filippov/models/quartet.hpp>
+#include <filippov/models/relay.hpp>
+#include <filippov/models/stiff_relay.hpp>
+#include <filippov/models/unit_circle.hpp>
+#include <filippov/trajectory.hpp>
+#include <filippov/version.hpp>

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The only decision the engine makes: which mode goes on from a point of a surface.
+#pragma once
+
+#include <filippov/sliding.hpp>
+
+#include <cstdint>
+#include <string_view>
+
+namespace filippov {
+
+/// What to do where the solution is not unique.
+enum class NonUnique : std::uint8_t {
+    stop,   ///< end the run with status `ambiguous`
+    below,  ///< go on in h < 0
+    above,  ///< go on in h > 0
+    stay,   ///< slide
+};
+
+/// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
+struct Departure {
+    int sign = 0;   ///< -1 into h < 0, +1 into h > 0, 0 if three derivatives vanish
+    int order = 0;  ///< which derivative decided, 1 to 3; 0 if none
+    bool finite = true;
+};
+
+namespace detail {
+
+template <class S>
+int sign(const S& v) {
+    return v > S(0) ? 1 : v < S(0) ? -1 : 0;
+}
+
+/// True if h' (and h'') at a point are no more than rounding: the excursion that they start, before
+/// the derivative `next` of order `n` turns it back, stays below `band`.
+template <class S>
+bool negligible(const S& slope, const S& next, int n, const S& band) {
+    using std::abs;
+    using std::pow;
+    if (slope == S(0)) return true;
+    if (next == S(0) || sign(slope) == sign(next)) return false;
+    // slope tau balances next tau^n / n!; the height between is about slope tau / 2
+    const S factorial = n == 2 ? S(2) : S(6);
+    const S tau = pow(abs(slope) * factorial / abs(next), S(1) / S(n - 1));
+    return abs(slope) * tau / S(2) <= band;
+}
+
+} // namespace detail
+
+/// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
+///
+/// Lie derivatives of h_j up to order three, time included; `direction` is -1 for backward time.
+/// h' counts as zero where the visit it starts stays below the rounding of h: a test without units.
+/// @param slope  h_j' along the field, in the direction of time
+/// @param tau    a time over which the solution changes (the step size), to skip the higher
+///               derivatives wherever h' is plainly not zero
+/// @param band   rounding of h_j here
+/// @cost nothing, nearly always; else three fields in Taylor arithmetic
+template <class Sys, class S>
+Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                    const State<Sys, S>& x, const Params<Sys, S>& p, int direction, const S& slope,
+                    const S& tau, const S& band) {
+    using std::abs;
+    using std::sqrt;
+    if (!(abs(slope) <= std::numeric_limits<S>::max())) return {0, 0, false};
+    if (abs(slope * tau) > S(100) / sqrt(epsilon<S>) * band && slope != S(0))
+        return {detail::sign(slope), 1, true};
+
+    const auto field = [&](const auto& time, const auto& y, const auto& q) { return side_field(sys, mode, time, y, q); };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) { return switching(sys, time, y, q)[j]; };
+    auto d = lie_derivatives<3>(field, h, t, x, p);
+    d[0] *= S(direction);
+    d[2] *= S(direction);
+    // Below this a derivative is rounding of something that is zero for all time.
+    const S noise = S(1e-3) * band;
+    const bool none[3] = {abs(d[0] * tau) <= noise, abs(d[1] * tau * tau) <= noise,
+                          abs(d[2] * tau * tau * tau) <= noise};
+    const bool first_gone = (none[0] && none[1] && none[2]) || detail::negligible(d[0], d[1], 2, band) ||
+                            (none[1] && detail::negligible(d[0], d[2], 3, band));
+    if (!first_gone) return {detail::sign(d[0]), 1, true};
+    const bool second_gone = (none[1] && none[2]) || detail::negligible(d[1], d[2], 2, band);
+    if (!second_gone) return {detail::sign(d[1]), 2, true};
+    if (!none[2]) return {detail::sign(d[2]), 3, true};
+    return {0, 0, true};
+}
+
+/// The mode in which a solution leaves a point of surface j, and how sure that is.
+template <int M>
+struct Verdict {
+    Mode<M> mode;
+    bool unique = false;
+    bool finite = true;
+    Departure below, above;    ///< of the two sides
+    std::string_view reason;   ///< why not unique
+};
+
+/// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
+///
+/// A mode is admissible if its own field keeps it. With the departures (below, above) of the two
+/// sides, as signs:
+///
+///   (-, -)  leaves into h < 0          (+, +)  leaves into h > 0
+///   (+, -)  slides (attracting)        (-, +)  all three: repulsive, not unique
+///
+/// At the boundary of the sliding region one first derivative vanishes and the next one decides; it
+/// is then also the derivative of s along the sliding field, so that exactly one of "slide" and
+/// "leave" is admissible. Two vanishing at once is a two-fold: not unique.
+///
+/// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
+template <class Sys, class S>
+Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                                    const State<Sys, S>& x, const Params<Sys, S>& p, int direction,
+                                    const S& tau, NonUnique policy) {
+    using std::abs;
+    const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
+    // The rounding of h: of its terms, and of the step that led here.
+    const S band = rounding_band(sys, j, t, x, p) + S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(tau);
+    Verdict<surfaces_v<Sys>> v;
+    mode.set(j, -1);
+    v.below = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l1), tau, band);
+    mode.set(j, +1);
+    v.above = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l2), tau, band);
+    v.mode = mode;
+    v.finite = v.below.finite && v.above.finite;
+    if (!v.finite) return v;
+
+    // Static friction above kinetic: sliding is kept up to |s| = s_max, whatever the sides would do.
+    const S limit = s_max(sys, p);
+    if (limit > S(1)) {
+        const S w = S(direction) * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
+        if (w > S(0) && abs(s) < limit * (S(1) - S(16) * epsilon<S>)) {
+            v.mode.set(j, 0);
+            v.unique = true;
+            return v;
+        }
+    }
+
+    const bool two_fold = v.below.order != 1 && v.above.order != 1;
+    const bool same_field = two_fold && b.f1 == b.f2;
+    if (v.below.sign == 0 || v.above.sign == 0) {
+        v.reason = "all derivatives of h up to order three vanish";
+    } else if (two_fold && !same_field) {
+        const bool visible_below = v.below.sign < 0, visible_above = v.above.sign > 0;
+        v.reason = visible_below && visible_above    ? "two-fold, visible-visible"
+                   : !visible_below && !visible_above ? "two-fold, invisible-invisible"
+                                                      : "two-fold, visible-invisible";
+    } else if (v.below.sign == v.above.sign) {
+        v.mode.set(j, v.below.sign);
+        v.unique = true;
+    } else if (v.below.sign > 0) {
+        v.mode.set(j, 0);
+        v.unique = true;
+    } else {
+        v.reason = "both sides lead away from the surface (repulsive sliding)";
+    }
+    if (!v.unique && policy != NonUnique::stop)
+        v.mode.set(j, policy == NonUnique::below ? -1 : policy == NonUnique::above ? 1 : 0);
+    return v;
+}
+
+} // namespace filippov

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a run leaves behind, chosen at compile time: what nobody asked for is neither computed nor
+// stored.
+#pragma once
+
+#include <filippov/clock.hpp>
+#include <filippov/event.hpp>
+
+#include <span>
+#include <vector>
+
+namespace filippov {
+
+/// One accepted step as an observer sees it.
+template <class S, int N, int M>
+struct StepView {
+    const Clock<S>& clock;  ///< at the start of the step
+    S dt;                   ///< signed length
+    const Vec<S, N>& x0;
+    const Vec<S, N>& x1;
+    const Mode<M>& mode;
+};
+
+/// An observer: `on_event(event)`, and if `wants_steps`, `on_step(view, path)` where path(theta) is
+/// the state at theta in [0, 1] of the step; the interpolant behind it is built at the first call.
+/// An optional `interrupted()` is asked now and then and ends the run with status `interrupted`.
+template <class O, class S, int N, int M>
+concept Observer = requires(O& o, const Event<S, N, M>& event) {
+    { O::wants_steps } -> std::convertible_to<bool>;
+    o.on_event(event);
+};
+
+/// Keeps nothing: the result of the run is its final state.
+struct Nothing {
+    static constexpr bool wants_steps = false;
+    void on_event(const auto&) {}
+};
+
+/// Keeps the event log.
+template <class S, int N, int M>
+struct EventLog {
+    static constexpr bool wants_steps = false;
+    std::vector<Event<S, N, M>> events;
+
+    void on_event(const Event<S, N, M>& event) { events.push_back(event); }
+};
+
+/// Keeps the state at given times (monotone in the direction of the run), and the events.
+template <class S, int N, int M>
+struct OutputTimes {
+    static constexpr bool wants_steps = true;
+    std::span<const S> times;
+    std::vector<Vec<S, N>> states{};
+    std::vector<Mode<M>> modes{};
+    std::vector<Event<S, N, M>> events{};
+
+    void on_event(const Event<S, N, M>& event) {
+        events.push_back(event);
+        // A time at an end of the run is the state there, also where no step was taken.
+        if (event.kind == EventKind::start || event.kind == EventKind::end)
+            while (states.size() < times.size() && times[states.size()] == event.t) keep(event.x_right, event.mode_after);
+    }
+    template <class Path>
+    void on_step(const StepView<S, N, M>& step, Path& path) {
+        for (; states.size() < times.size(); ) {
+            const S theta = step.clock.until(Clock<S>::at(times[states.size()], step.clock.period)) / step.dt;
+            if (!(theta <= S(1))) break;
+            keep(theta <= S(0) ? step.x0 : theta == S(1) ? step.x1 : path(theta), step.mode);
+        }
+    }
+
+private:
+    void keep(const Vec<S, N>& x, const Mode<M>& mode) {
+        states.push_back(x);
+        modes.push_back(mode);
+    }
+};
+
+} // namespace filippov

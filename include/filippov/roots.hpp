@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The first root, or the first touch of zero, of a function on a step.
+#pragma once
+
+#include <filippov/scalar.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace filippov {
+
+/// What `first_contact` found on (0, 1].
+enum class Contact : unsigned char {
+    none,
+    root,   ///< g goes from positive to negative
+    touch,  ///< a minimum of g within the touch band
+};
+
+/// Where g, positive at `positive` and not positive (or NaN) at `negative`, changes sign, to about
+/// nine digits: a landing starts from it. Illinois' variant of regula falsi, with bisection when the
+/// bracket does not shrink; at most 100 evaluations.
+template <class S, class G>
+S bracketed_root(G&& g, S positive, S g_positive, S negative, S g_negative) {
+    using std::abs;
+    int kept = 0;  // which end the last step kept
+    for (int k = 0; k < 100; ++k) {
+        const S width = negative - positive;
+        if (!(abs(width) > S(1e-9) * std::max(abs(negative), abs(positive)))) break;
+        S theta = positive + width * (g_positive / (g_positive - g_negative));
+        const bool inside = abs(theta - positive) < abs(width) && abs(negative - theta) < abs(width);
+        if (!inside || k % 4 == 3) theta = positive + width / S(2);
+        const S value = g(theta);
+        if (value > S(0)) {
+            positive = theta;
+            g_positive = value;
+            if (kept == 1) g_negative /= S(2);
+            kept = 1;
+        } else {
+            negative = theta;
+            g_negative = value;
+            if (value == S(0)) break;
+            if (kept == -1) g_positive /= S(2);
+            kept = -1;
+        }
+    }
+    return negative;
+}
+
+/// Where g has its minimum on [a, b], by golden section; precise enough to start a Newton iteration
+/// on the derivative from.
+template <class S, class G>
+S minimum(G&& g, S a, S b) {
+    const S ratio(0.381966011250105152L);
+    S u = a + ratio * (b - a), v = b - ratio * (b - a);
+    S gu = g(u), gv = g(v);
+    for (int k = 0; k < 24; ++k) {
+        if (gu < gv) {
+            b = v;
+            v = u;
+            gv = gu;
+            u = a + ratio * (b - a);
+            gu = g(u);
+        } else {
+            a = u;
+            u = v;
+            gu = gv;
+            v = b - ratio * (b - a);
+            gv = g(v);
+        }
+    }
+    return gu < gv ? u : v;
+}
+
+namespace detail {
+
+/// A cubic through four equidistant samples of g on [a, b], with two more to judge it by.
+template <class S>
+struct Piece {
+    S a, b, ga, gb, g1, g2;
+    S mismatch;   ///< largest error of the cubic at 1/6 and 5/6
+    S lowest, highest;
+
+    template <class G>
+    Piece(G&& g, S from, S to, S g_from, S g_to) : a(from), b(to), ga(g_from), gb(g_to) {
+        using std::abs;
+        const S d = b - a;
+        g1 = g(a + d / S(3));
+        g2 = g(a + d * S(2) / S(3));
+        const S c1 = g(a + d / S(6)), c2 = g(a + d * S(5) / S(6));
+        const S p1 = S(0.3125) * ga + S(0.9375) * g1 - S(0.3125) * g2 + S(0.0625) * gb;
+        const S p2 = S(0.0625) * ga - S(0.3125) * g1 + S(0.9375) * g2 + S(0.3125) * gb;
+        mismatch = std::max(abs(c1 - p1), abs(c2 - p2));
+        if (!(abs(c1 - p1) + abs(c2 - p2) < std::numeric_limits<S>::infinity())) mismatch = std::numeric_limits<S>::infinity();
+        lowest = std::min({ga, gb, g1, g2, c1, c2});
+        highest = std::max({ga, gb, g1, g2, c1, c2});
+    }
+    /// Bernstein coefficients of the cubic: it lies between the smallest and the largest.
+    std::array<S, 4> bernstein() const {
+        return {ga, (-S(5) * ga + S(18) * g1 - S(9) * g2 + S(2) * gb) / S(6),
+                (S(2) * ga - S(9) * g1 + S(18) * g2 - S(5) * gb) / S(6), gb};
+    }
+    /// Abscissa of the cubic's interior minimum, or -1.
+    S cubic_minimum() const {
+        using std::abs;
+        using std::sqrt;
+        const auto c = bernstein();
+        const S d0 = c[1] - c[0], d1 = c[2] - c[1], d2 = c[3] - c[2];  // derivative / 3, Bernstein
+        const S qa = d0 - S(2) * d1 + d2, qb = d1 - d0, qc = d0;       // qa u^2 + 2 qb u + qc
+        const S disc = qb * qb - qa * qc;
+        if (!(disc > S(0))) return S(-1);
+        // of the two critical points the minimum is where the derivative rises
+        const S root = sqrt(disc);
+        const S u = qb > S(0) ? -qc / (qb + root) : (qa != S(0) ? (root - qb) / qa : S(-1));
+        return u > S(0) && u < S(1) ? a + u * (b - a) : S(-1);
+    }
+};
+
+} // namespace detail
+
+/// The first point of (0, 1] where g, positive before, becomes negative, or has a minimum with
+/// |g| <= band.
+///
+/// g is cut into pieces on which a cubic through four samples predicts two more; a piece whose
+/// Bernstein coefficients are positive beyond the prediction error is passed over; elsewhere the
+/// pieces between extrema are bracketed. Functions that no cubic fits (kinks, jumps) end in
+/// bisection at the smallest piece, 1/1024.
+///
+/// @param g0    g(0), > 0 (a value of the right sign if g(0) itself was divided out)
+/// @param band  minima within it count as touches; 0 for none
+/// @param theta where
+template <class S, class G>
+Contact first_contact(G&& g, S g0, S band, S& theta) {
+    using std::abs;
+    constexpr int max_depth = 10;
+    struct Span {
+        S a, b, ga, gb;
+        int depth;
+    };
+    std::array<Span, max_depth + 2> stack;
+    int top = 0;
+    stack[0] = {S(0), S(1), g0, g(S(1)), 0};
+    while (top >= 0) {
+        const Span span = stack[std::size_t(top--)];
+        const detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
+        const auto c = piece.bernstein();
+        const S floor = std::min({c[0], c[1], c[2], c[3]});
+        if (floor > S(2) * piece.mismatch + band) continue;
+        const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
+        if (!resolved && span.depth < max_depth) {
+            const S m = (span.a + span.b) / S(2);
+            const S gm = g(m);
+            stack[std::size_t(++top)] = {m, span.b, gm, span.gb, span.depth + 1};
+            stack[std::size_t(++top)] = {span.a, m, span.ga, gm, span.depth + 1};
+            continue;
+        }
+        // Candidates for a minimum: inside, or at an end that is itself within the band.
+        S from = span.a, g_from = span.ga;
+        S low = piece.cubic_minimum();
+        const S third = (span.b - span.a) / S(3);
+        if (low < S(0) && band > S(0)) {
+            if (abs(span.gb) <= band && span.b < S(1)) low = span.b;
+            else if (abs(span.ga) <= band) low = span.a;
+        }
+        if (low >= S(0)) {
+            const S g_low = g(low);
+            // worth refining only if the true minimum could reach the band or zero
+            if (g_low <= S(4) * piece.mismatch + S(2) * band || g_low <= S(0)) {
+                const S left = std::max(S(0), low - third), right = std::min(S(1), low + third);
+                low = minimum(g, left, right);
+                const S deepest = g(low);
+                // an end of the interval is no minimum: g merely passes through the band there
+                const bool interior = low - left > S(1e-3) * third && right - low > S(1e-3) * third;
+                if (interior && abs(deepest) <= band) {
+                    theta = low;
+                    return Contact::touch;
+                }
+                if (!(deepest > S(0)) && low > span.a) {
+                    theta = bracketed_root(g, span.a, span.ga, low, deepest);
+                    return Contact::root;
+                }
+                if (low > span.a && low < span.b && deepest > S(0)) {
+                    from = low;
+                    g_from = deepest;
+                }
+            }
+        }
+        if (!(span.gb > S(0))) {
+            theta = bracketed_root(g, from, g_from, span.b, span.gb);
+            return Contact::root;
+        }
+    }
+    return Contact::none;
+}
+
+} // namespace filippov

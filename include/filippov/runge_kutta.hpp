@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One step of an explicit Runge-Kutta pair whose last stage is the first of the next step, and its
+// interpolant. A method is a tableau (see dormand_prince5.hpp); there is one stepper.
+#pragma once
+
+#include <filippov/scalar.hpp>
+
+#include <array>
+#include <cstddef>
+#include <utility>
+
+namespace filippov {
+
+/// Polynomial through a step, theta in [0, 1], in Hairer's alternating form
+///   c0 + theta (c1 + (1 - theta) (c2 + theta (c3 + (1 - theta) (...)))),
+/// which reproduces both end points exactly.
+template <class S, int N, int Terms>
+struct Interpolant {
+    std::array<Vec<S, N>, Terms> c;
+
+    FILIPPOV_INLINE Vec<S, N> operator()(const S& theta) const {
+        const S one_minus = S(1) - theta;
+        Vec<S, N> x = c[Terms - 1];
+        for (std::size_t m = Terms - 1; m-- > 0;) {
+            const S& factor = m % 2 == 0 ? theta : one_minus;
+            for (int i = 0; i < N; ++i) x[i] = c[m][i] + factor * x[i];
+        }
+        return x;
+    }
+};
+
+/// The stages of one step. `rhs(theta, t, x)` returns the derivative at t = t0 + theta dt; it sees
+/// every stage and so may also probe the state there.
+template <class Tableau, class S, int N>
+class RungeKutta {
+public:
+    using Scalar = S;
+    using State = Vec<S, N>;
+    using Polynomial = Interpolant<S, N, 4 + Tableau::d_rows>;
+    static constexpr std::size_t last = Tableau::stages - 1;
+
+    std::array<State, Tableau::stages + Tableau::extra_stages> k;
+
+    /// Takes k[0] = f(t, x) as given, fills the other stages and x1 = x(t + dt).
+    template <class Rhs>
+    FILIPPOV_FLATTEN void step(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
+        [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
+            (stage<J + 1>(rhs, t, x, dt, x1), ...);
+        }(std::make_index_sequence<last>{});
+    }
+
+    /// The interpolant over the step just taken; x1 may have been moved onto a surface since.
+    template <class Rhs>
+    Polynomial interpolant(Rhs& rhs, const S& t, const State& x, const S& dt, const State& x1) {
+        State unused;
+        [&]<std::size_t... J>(std::index_sequence<J...>) {
+            (stage<Tableau::stages + J>(rhs, t, x, dt, unused), ...);
+        }(std::make_index_sequence<Tableau::extra_stages>{});
+        Polynomial p;
+        for (int i = 0; i < N; ++i) {
+            const S rise = x1[i] - x[i];
+            const S bend = dt * k[0][i] - rise;
+            p.c[0][i] = x[i];
+            p.c[1][i] = rise;
+            p.c[2][i] = bend;
+            p.c[3][i] = rise - dt * k[last][i] - bend;
+            [&]<std::size_t... R>(std::index_sequence<R...>) {
+                ((p.c[4 + R][i] = dt * combine([](std::size_t j) { return Tableau::d[R][j]; }, i)), ...);
+            }(std::make_index_sequence<Tableau::d_rows>{});
+        }
+        return p;
+    }
+
+    /// Mean over the components of (weight_i sum_j e(j) k_j)^2.
+    template <class Row>
+    FILIPPOV_INLINE S mean_square(Row e, const State& weight) const {
+        S sum(0);
+        for (int i = 0; i < N; ++i) {
+            const S scaled = weight[i] * combine(e, i);
+            sum += scaled * scaled;
+        }
+        return sum / S(N);
+    }
+
+    /// True if every stage of the step is finite: a formula with a zero weight, or a field that
+    /// maps infinity to something finite, must not hide a stage that left the domain.
+    FILIPPOV_INLINE bool finite() const {
+        S sum(0);
+        for (std::size_t j = 1; j <= last; ++j)
+            for (int i = 0; i < N; ++i) sum += k[j][i] * S(0);
+        return sum == S(0);
+    }
+
+private:
+    template <std::size_t J, class Rhs>
+    FILIPPOV_INLINE void stage(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
+        constexpr S theta = static_cast<S>(Tableau::c[J]);
+        if constexpr (J == last) {
+            advance<J>(x, dt, x1);
+            k[J] = rhs(theta, S(t + theta * dt), x1);
+        } else {
+            State xj;
+            advance<J>(x, dt, xj);
+            k[J] = rhs(theta, S(t + theta * dt), xj);
+        }
+    }
+
+    /// x + dt sum_j a_j k_j. Only the newest stage is late: its term is added last, and dt multiplies
+    /// the weights, so that the chain from one stage to the next is one product and one or two sums.
+    /// At an inner stage x joins the early terms; in the result it is added last, for one rounding.
+    template <std::size_t J>
+    FILIPPOV_INLINE void advance(const State& x, const S& dt, State& out) const {
+        constexpr long double newest = Tableau::a[J][J - 1];
+        for (int i = 0; i < N; ++i) {
+            S early(0);
+            [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
+                (add_scaled<J, I>(dt, i, early), ...);
+            }(std::make_index_sequence<J - 1>{});
+            const S late = (static_cast<S>(newest) * dt) * k[J - 1][i];
+            out[i] = J == last ? x[i] + (early + late) : (x[i] + early) + late;
+        }
+    }
+    template <std::size_t J, std::size_t I>
+    FILIPPOV_INLINE void add_scaled(const S& dt, int i, S& sum) const {
+        constexpr long double weight = Tableau::a[J][I];
+        if constexpr (weight != 0) sum += (static_cast<S>(weight) * dt) * k[I][i];
+    }
+
+    /// sum_j row(j) k_j[i] over the non-zero weights, unrolled at compile time.
+    template <class Row>
+    FILIPPOV_INLINE S combine(Row row, int i) const {
+        S sum(0);
+        [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
+            (add<J>(row, i, sum), ...);
+        }(std::make_index_sequence<Tableau::stages + Tableau::extra_stages>{});
+        return sum;
+    }
+
+    template <std::size_t J, class Row>
+    FILIPPOV_INLINE void add(Row, int i, S& sum) const {
+        constexpr long double weight = row_value<Row, J>();
+        if constexpr (weight != 0) sum += static_cast<S>(weight) * k[J][i];
+    }
+
+    /// Beyond the last entry of a row that is shorter than the stage array the weight is zero.
+    template <class Row, std::size_t J>
+    static constexpr long double row_value() {
+        return Row{}(J);
+    }
+};
+
+} // namespace filippov

@@ -1,0 +1,817 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Follows one forced mode until something happens. No judgement: what a contact means is for flow.
+#pragma once
+
+#include <filippov/clock.hpp>
+#include <filippov/control.hpp>
+#include <filippov/event.hpp>
+#include <filippov/observers.hpp>
+#include <filippov/roots.hpp>
+#include <filippov/runge_kutta.hpp>
+#include <filippov/settings.hpp>
+#include <filippov/status.hpp>
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace filippov {
+
+/// What a run did, counted.
+struct Counters {
+    long long steps = 0;          ///< accepted steps
+    long long rejected = 0;       ///< rejected trial steps
+    long long field = 0;          ///< evaluations of a one-sided field
+    long long root_searches = 0;  ///< steps in which roots were looked for
+    long long interpolants = 0;   ///< interpolants built
+    long long landings = 0;       ///< trial steps taken to land on events
+    long long events = 0;         ///< events logged
+};
+
+/// Where and in what a run failed.
+template <class S, int N, int M>
+struct Diagnosis {
+    std::string_view what;  ///< "f1", "f2", "h", ..., or the reason of an ambiguity
+    S t{};
+    Vec<S, N> x{};
+    Mode<M> mode{};
+    int surface = -1;
+};
+
+/// Why a segment ended.
+struct Stop {
+    Status status = Status::ok;  ///< not ok: the run is over
+    int guard = -1;              ///< >= 0: the guard met; -1: the end of the time span
+    bool touch = false;          ///< an extremum that touches zero, not a root
+    bool jumped = false;         ///< h changed sign without being zero (a jump of h)
+};
+
+/// The guards of a mode: functions positive inside it.
+///
+/// Surface j owns three: 3j is side * h_j off the surface and s_max + s on it; 3j+1 is s_max - s;
+/// 3j+2 is the transversality L1 - L2, oriented. User sections follow after 3M.
+template <int M>
+struct Guard {
+    static constexpr int below(int j) { return 3 * j; }
+    static constexpr int above(int j) { return 3 * j + 1; }
+    static constexpr int transversal(int j) { return 3 * j + 2; }
+    static constexpr int first_section = 3 * M;
+};
+
+/// State and machinery of a run; `advance` follows the current mode to the next stop.
+template <class Sys, class S, class Tableau, class Obs, class Sec>
+class Segment {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    static constexpr int n_guards = 3 * M + Sec::capacity;
+    using X = State<Sys, S>;
+    using P = Params<Sys, S>;
+
+    Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end, const Settings<S, N>& settings,
+            Obs& observer, const Sec& sections)
+        : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections) {
+        const S T = period(sys, p);
+        clock_ = Clock<S>::at(t0, T);
+        end_ = Clock<S>::at(t_end, T);
+        direction_ = t_end < t0 ? -1 : 1;
+        x_ = x0;
+        weigh(x_);
+    }
+
+    const Clock<S>& clock() const { return clock_; }
+    const X& x() const { return x_; }
+    const Mode<M>& mode() const { return mode_; }
+    int direction() const { return direction_; }
+    const Counters& counters() const { return counters_; }
+    Counters& counters() { return counters_; }
+    const Diagnosis<S, N, M>& diagnosis() const { return diagnosis_; }
+    /// Size of a step here: the time over which the solution changes.
+    S time_scale() const { return dt_; }
+    const X& scale() const { return scale_; }
+
+    void set_state(const X& x) {
+        x_ = x;
+        weigh(x_);
+        have_k0_ = false;
+    }
+
+    /// Forces a mode. Guards start from their values here; `start_root(guard, order)` afterwards
+    /// tells which of them start on a root.
+    void enter(const Mode<M>& mode) {
+        if (!(mode == mode_)) have_k0_ = false;
+        mode_ = mode;
+        orientation_ = 1;
+        if (const int j = sliding_surface(mode_); j >= 0)
+            orientation_ = detail::sign(sliding_margin(sys_, mode_, clock_.local, x_, p_)[1]);
+        for (int g = 0; g < 3 * M; ++g) {
+            order_[idx(g)] = 0;
+            if (active(g)) start_[idx(g)] = guard_value(g, clock_.local, x_);
+        }
+    }
+
+    /// Guard g starts on a root of this order: it is divided out of g in the next step.
+    void start_root(int g, int order) {
+        order_[idx(g)] = order;
+        if (g < Guard<M>::first_section) {
+            start_offset_[idx(g)] = guard_value(g, clock_.local, x_);
+        } else {
+            start_offset_[idx(g)] = S(0);
+        }
+    }
+
+    /// Side of section q on which the next step starts; 0: exactly on it, side unknown.
+    void start_section(int q) {
+        const std::size_t g = idx(Guard<M>::first_section + q);
+        side_[g] = detail::sign(section_raw(q, clock_.local, x_));
+        order_[g] = side_[g] == 0 ? 1 : 0;
+        if (side_[g] == 0) side_[g] = unknown_side;
+        start_[g] = S(1) * abs_(section_raw(q, clock_.local, x_));
+        start_offset_[g] = S(0);
+    }
+    /// Section q was just crossed: the next step starts on its root, on the other side.
+    void passed_section(int q) {
+        const std::size_t g = idx(Guard<M>::first_section + q);
+        side_[g] = side_[g] == unknown_side ? unknown_side : -side_[g];
+        order_[g] = 1;
+        start_offset_[g] = S(0);
+    }
+    int section_side(int q) const { return side_[idx(Guard<M>::first_section + q)]; }
+    S section_raw(int q, const S& t, const X& x) const { return sections_.value(q, S(clock_.offset() + t), x, p_); }
+
+    /// First step size: Hairer, Norsett, Wanner I, II.4, with the field of the current mode.
+    void choose_first_step() {
+        using std::abs;
+        using std::pow;
+        using std::sqrt;
+        const S span = abs(clock_.until(end_));
+        if (settings_.fixed_step > S(0)) {
+            dt_ = S(direction_) * settings_.fixed_step;
+            return;
+        }
+        if (settings_.first_step > S(0)) {
+            dt_ = S(direction_) * std::min(settings_.first_step, span);
+            return;
+        }
+        const X f0 = mode_field(clock_.local, x_);
+        const S d0 = norm(x_), d1 = norm(f0);
+        S h0 = d0 < S(1e-5) || d1 < S(1e-5) ? S(1e-6) * span : S(0.01) * d0 / d1;
+        h0 = std::min({h0, span, settings_.max_step});
+        S d2(0);
+        for (int k = 0; k < 8; ++k) {  // an Euler step may leave the domain of the field
+            const X y = x_ + S(direction_) * h0 * f0;
+            const X f1 = mode_field(S(clock_.local + S(direction_) * h0), y);
+            d2 = norm(X(f1 - f0)) / h0;
+            if (d2 < std::numeric_limits<S>::infinity()) break;
+            h0 /= S(10);
+        }
+        const S largest = std::max(d1, d2);
+        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3)) : pow(S(0.01) / largest, S(1) / S(Tableau::order));
+        const S h = std::min({S(100) * h0, h1, span, settings_.max_step});
+        dt_ = S(direction_) * (h > S(0) ? h : S(1e-6) * span);
+    }
+
+    /// Follows the mode to the next stop.
+    Stop advance() {
+        if (const int j = sliding_surface(mode_); j >= 0) {
+            if constexpr (HasSlidingFlow<Sys, S>)
+                if (settings_.closed_form_slides) return run_closed_form();
+            return run(SlideRhs{*this});
+        }
+        if constexpr (M == 1 && HasSides<Sys, S>)
+            return mode_[0] < 0 ? run(SideRhs<-1>{*this}) : run(SideRhs<+1>{*this});
+        else
+            return run(SideRhs<0>{*this});
+    }
+
+    Status fail(Status status, std::string_view what, int surface = -1) {
+        diagnosis_ = {what, clock_.absolute(), x_, mode_, surface};
+        return status;
+    }
+
+    /// Names the function that is not finite at (t, x), if one is.
+    std::string_view what_is_not_finite(const S& t, const X& x) const {
+        if (!all_finite<S, M>(switching(sys_, t, x, p_))) return "h";
+        if (!all_finite<S, N>(mode_field(t, x))) {
+            if constexpr (M == 1 && HasSides<Sys, S>) return mode_[0] < 0 ? "f1" : mode_[0] > 0 ? "f2" : "sliding field";
+            return mode_.sliding() > 0 ? "sliding field" : "field";
+        }
+        return "";
+    }
+
+private:
+    static constexpr int unknown_side = 2;
+    static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
+    static S abs_(const S& v) {
+        using std::abs;
+        return abs(v);
+    }
+
+    // --- fields with probes --------------------------------------------------------------------
+
+    /// A one-sided field; every stage also probes the guards.
+    template <int Side>
+    struct SideRhs {
+        Segment& seg;
+        static constexpr bool slides = false;
+        FILIPPOV_INLINE X field(const S& t, const X& x) const {
+            if constexpr (Side == -1) return seg.sys_.f1(t, x, seg.p_);
+            else if constexpr (Side == +1) return seg.sys_.f2(t, x, seg.p_);
+            else return side_field(seg.sys_, seg.mode_, t, x, seg.p_);
+        }
+        FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
+            const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
+            if constexpr (Side != 0) seg.probe(0, theta, S(Side) * h[0]);
+            else
+                for (int j = 0; j < M; ++j) seg.probe(3 * j, theta, S(seg.mode_[j]) * h[j]);
+            seg.probe_sections(theta, t, x);
+            return field(t, x);
+        }
+    };
+
+    /// The sliding field; a stage is put on the surface first, so that the fields need not exist off it.
+    struct SlideRhs {
+        Segment& seg;
+        static constexpr bool slides = true;
+        FILIPPOV_INLINE X field(const S& t, const X& x) const { return at(t, x).f; }
+        FILIPPOV_INLINE Sliding<Sys, S> at(const S& t, const X& x) const {
+            const int j = sliding_surface(seg.mode_);
+            return sliding(seg.sys_, seg.mode_, t, toward_surface(seg.sys_, j, t, x, seg.p_, seg.scale_), seg.p_);
+        }
+        FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
+            const Sliding<Sys, S> slide = at(t, x);
+            const int slid = sliding_surface(seg.mode_);
+            const S limit = s_max(seg.sys_, seg.p_);
+            seg.probe(3 * slid, theta, limit + slide.s);
+            seg.probe(3 * slid + 1, theta, limit - slide.s);
+            seg.probe(3 * slid + 2, theta, S(seg.orientation_) * slide.w);
+            if constexpr (M > 1) {
+                const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
+                for (int j = 0; j < M; ++j)
+                    if (j != slid) seg.probe(3 * j, theta, S(seg.mode_[j]) * h[j]);
+            }
+            seg.probe_sections(theta, t, x);
+            return slide.f;
+        }
+    };
+
+    X mode_field(const S& t, const X& x) const {
+        if (sliding_surface(mode_) >= 0) return sliding(sys_, mode_, t, x, p_).f;
+        return side_field(sys_, mode_, t, x, p_);
+    }
+
+    // --- guards --------------------------------------------------------------------------------
+
+    bool active(int g) const {
+        if (g >= Guard<M>::first_section) return g - Guard<M>::first_section < sections_.size();
+        return mode_[g / 3] == 0 || g % 3 == 0;
+    }
+
+    /// Oriented value of a guard: positive before the event.
+    S guard_value(int g, const S& t, const X& x) const {
+        if (g >= Guard<M>::first_section) {
+            const int side = side_[idx(g)];
+            return (side < 0 ? S(-1) : S(1)) * section_raw(g - Guard<M>::first_section, t, x);
+        }
+        const int j = g / 3;
+        if (mode_[j] != 0) return S(mode_[j]) * switching(sys_, t, x, p_)[j];
+        const Vec<S, 2> margin = sliding_margin(sys_, mode_, t, x, p_);
+        if (g % 3 == 2) return S(orientation_) * margin[1];
+        return s_max(sys_, p_) + (g % 3 == 0 ? margin[0] : -margin[0]);
+    }
+
+    FILIPPOV_INLINE void probe(int g, const S& theta, const S& value) {
+        const std::size_t i = idx(g);
+        end_value_[i] = value;
+        S v = value;
+        if (order_[i] > 0) v = divided(value - start_offset_[i], theta, order_[i]);
+        if (!(v >= low_[i])) low_[i] = v == v ? v : -std::numeric_limits<S>::infinity();
+        if (v > high_[i]) high_[i] = v;
+    }
+    FILIPPOV_INLINE void probe_sections(const S& theta, const S& t, const X& x) {
+        if constexpr (Sec::capacity > 0)
+            for (int q = 0; q < sections_.size(); ++q) {
+                const int g = Guard<M>::first_section + q;
+                probe(g, theta, guard_value(g, t, x));
+            }
+    }
+    static S divided(const S& v, const S& theta, int order) {
+        S r = v / theta;
+        for (int k = 1; k < order; ++k) r /= theta;
+        return r;
+    }
+    FILIPPOV_INLINE void reset_probes() {
+        for (int g = 0; g < n_guards; ++g) {
+            const std::size_t i = idx(g);
+            if constexpr (n_guards > 1) {
+                if (!active(g)) continue;
+            }
+            if (order_[i] > 0) {
+                low_[i] = std::numeric_limits<S>::infinity();
+                high_[i] = -low_[i];
+            } else {
+                low_[i] = high_[i] = start_[i];
+            }
+        }
+    }
+
+    /// True unless the probes show that guard g stays clear of zero: the smallest of them is more
+    /// than a quarter of their range above it (below it too, for a section of unknown side).
+    FILIPPOV_INLINE bool doubtful(int g) const {
+        const std::size_t i = idx(g);
+        const S range = S(0.25) * (high_[i] - low_[i]);
+        if (side_[i] == unknown_side) return true;
+        return !(low_[i] > range);
+    }
+
+    /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
+    /// allows, or rounding.
+    S touch_band(int g, bool rounding_only) const {
+        if (g >= Guard<M>::first_section || (mode_[g / 3] == 0 && g % 3 == 2)) return S(0);
+        const int j = g / 3;
+        const bool fixed = settings_.fixed_step > S(0);
+        if (mode_[j] == 0) return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : settings_.rtol);
+        const S rounding = rounding_band(sys_, j, clock_.local, x_, p_);
+        if (fixed || rounding_only) return rounding;
+        const X gradient = grad_h(sys_, j, clock_.local, x_, p_);
+        S sum(0);
+        for (int i = 0; i < N; ++i) sum += abs_(gradient[i]) * scale_[i];
+        return rounding + sum;
+    }
+
+    /// True if the far side of surface j leads back to it: a touch within the tolerance then changes nothing.
+    bool far_side_attracts(int j, const S& t, const X& x) const {
+        Mode<M> far = mode_;
+        far.set(j, -mode_[j]);
+        const X f = side_field(sys_, far, t, x, p_);
+        return S(direction_ * mode_[j]) * normal_component(sys_, j, t, x, p_, f) > S(0);
+    }
+
+    struct Found {
+        int guard = -1;
+        S theta = S(2);
+        bool touch = false;
+    };
+
+    FILIPPOV_INLINE bool any_doubt() const {
+        for (int g = 0; g < n_guards; ++g) {
+            if constexpr (n_guards > 1) {
+                if (!active(g)) continue;
+            }
+            if (doubtful(g)) return true;
+        }
+        return false;
+    }
+
+    /// The earliest event of a step among the guards in doubt.
+    template <class Path>
+    FILIPPOV_COLD Found first_event(Path& path) {
+        Found found;
+        ++counters_.root_searches;
+        for (int g = 0; g < n_guards; ++g) {
+            if (!active(g) || (settings_.skip_root_search && !doubtful(g))) continue;
+            const std::size_t i = idx(g);
+            const auto raw = [&](const S& theta) { return guard_value(g, S(clock_.local + theta * path.dt), path(theta)); };
+            if (side_[i] == unknown_side) {  // a section that starts exactly on zero: its side is where the step goes
+                side_[i] = 1;
+                if (raw(S(1e-3)) < S(0)) side_[i] = -1;
+            }
+            // The root at the start is divided out. Within the sliver the quotient is rounding (for a
+            // double root, error of the interpolant): its value there is the one at the sliver's end.
+            const int order = order_[i];
+            const S sliver = order == 0 ? S(0) : order == 1 ? S(1e-9) : S(1e-3);
+            const auto value = [&](const S& theta) {
+                if (order == 0) return raw(theta);
+                const S u = std::max(theta, sliver);
+                const S v = divided(raw(u) - start_offset_[i], u, order);
+                return theta < sliver ? abs_(v) : v;
+            };
+            S g0 = order == 0 ? start_[i] : value(S(0));
+            if (!(g0 > S(0))) g0 = std::numeric_limits<S>::min();
+            S theta(2);
+            Contact contact = first_contact(value, g0, order == 0 ? touch_band(g, false) : S(0), theta);
+            if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
+                !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
+                contact = first_contact(value, g0, touch_band(g, true), theta);
+            if (contact != Contact::none && theta < found.theta) found = {g, theta, contact == Contact::touch};
+        }
+        return found;
+    }
+
+    /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
+    /// at the end of the run, would find its root at the start.
+    template <class Path>
+    Found contact_at_end(Path& path, bool last) {
+        for (int g = 0; g < n_guards; ++g) {
+            if (!active(g) || !doubtful(g) || order_[idx(g)] > 0) continue;
+            const S value = guard_value(g, S(clock_.local + path.dt), path.x1);
+            const S band = g < Guard<M>::first_section
+                               ? touch_band(g, true)
+                               : (last ? S(64) * epsilon<S> * std::max(abs_(low_[idx(g)]), abs_(high_[idx(g)])) : S(-1));
+            if (abs_(value) <= band) return {g, S(1), false};
+        }
+        return {};
+    }
+
+    // --- landing -------------------------------------------------------------------------------
+
+    /// Derivative of guard g along the path at its end, times -1: positive before a minimum.
+    S minus_slope(int g, const S& t, const X& x, const X& f) const {
+        const int j = g / 3;
+        if (mode_[j] != 0) return S(-mode_[j]) * normal_component(sys_, j, t, x, p_, f);
+        const auto q = lift<1>(p_);
+        const auto s = [&](const auto& time, const auto& y) { return sliding_margin(sys_, mode_, time, y, q)[0]; };
+        return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
+    }
+
+    /// Shortens the step so that it ends on the event: Newton on the length of the step itself, so
+    /// that the state there has the order of the method, not of the interpolant.
+    template <class Path>
+    FILIPPOV_COLD Stop land(Path& path, const Found& found) {
+        const int g = found.guard;
+        const X x_before = x_;
+        const S full = path.dt;
+        S d = found.theta * full;
+        const S forward = S(direction_);
+        const auto residual = [&] {
+            const S t = clock_.local + path.dt;
+            return found.touch ? forward * minus_slope(g, t, path.x1, path.end_field()) : guard_value(g, t, path.x1);
+        };
+        S slope = landing_slope(path, found);
+        S near = S(0), far = full;  // residual > 0 at near, <= 0 at far, once seen
+        bool seen_near = false, seen_far = false;
+        S previous_d = d, previous_r(0);
+        bool jumped = false;
+        for (int k = 0; k < 100; ++k) {
+            path.shorten(d);
+            ++counters_.landings;
+            const S r = residual();
+            if (r == S(0)) break;
+            if (r > S(0)) {
+                near = d;
+                seen_near = true;
+            } else {
+                far = d;
+                seen_far = true;
+            }
+            if (k > 0 && d != previous_d && abs_(d - previous_d) > S(1e-12) * abs_(full)) {
+                const S secant = (r - previous_r) / (d - previous_d);
+                if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity()) slope = secant;
+            }
+            previous_d = d;
+            previous_r = r;
+            const S delta = -r / slope;
+            const S next = d + delta;
+            const bool inside = forward * next >= S(0) && forward * (full * S(1.01) - next) >= S(0) &&
+                                !(seen_near && !(forward * (next - near) > S(0))) && !(seen_far && !(forward * (far - next) > S(0)));
+            const bool tiny = abs_(delta) <= ulp(clock_.local + d);
+            if (tiny || (inside && path.nudge_error(delta) <= nudge_tolerance())) {
+                if (inside) path.nudge(delta);
+                break;
+            }
+            if (seen_near && seen_far && abs_(far - near) <= S(2) * ulp(clock_.local + d)) {
+                // h jumps here, or is too flat to tell: stop just beyond
+                path.shorten(far);
+                jumped = !found.touch && abs_(residual()) > touch_band_at(g, path.x1);
+                break;
+            }
+            if (inside && !(k > 6 && k % 2 == 1)) d = next;
+            else if (seen_near && seen_far) d = near + (far - near) / S(2);
+            else if (seen_near) d = d + (full - d) / S(2);
+            else d = d / S(2);
+        }
+        Stop stop;
+        stop.guard = g;
+        stop.touch = found.touch;
+        stop.jumped = jumped;
+        settle_on_surface(path, g, found.touch || jumped);
+        if (degenerate(g, path, x_before)) stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
+        accept(path.x1, path.dt, path);
+        if (stop.status != Status::ok) diagnosis_ = {"grad h", clock_.absolute(), x_, mode_, g / 3};
+        return stop;
+    }
+
+    template <class Path>
+    S landing_slope(Path& path, const Found& found) {
+        const int g = found.guard;
+        const S step = found.touch ? S(1e-3) : S(1e-4);
+        const S u = std::min(found.theta + step, S(1)), v = std::max(found.theta - step, S(0));
+        const auto raw = [&](const S& theta) { return guard_value(g, S(clock_.local + theta * path.dt), path(theta)); };
+        if (!found.touch) return (raw(u) - raw(v)) / ((u - v) * path.dt);
+        const S m = (u + v) / S(2), w = (u - v) / S(2) * path.dt;
+        return -S(direction_) * (raw(u) - S(2) * raw(m) + raw(v)) / (w * w);
+    }
+
+    /// What a landing may leave to a Taylor step: a hundredth of the tolerance, or rounding if there is none.
+    S nudge_tolerance() const { return settings_.fixed_step > S(0) ? S(0.01) * epsilon<S> / settings_.rtol : S(0.01); }
+
+    S touch_band_at(int g, const X& x) const {
+        if (g >= Guard<M>::first_section) return std::numeric_limits<S>::infinity();
+        if (mode_[g / 3] == 0) return S(1e-6);
+        return S(1e3) * rounding_band(sys_, g / 3, clock_.local, x, p_);
+    }
+
+    /// Puts the landed state on the surface that was met (not after a touch) and on the one slid on.
+    template <class Path>
+    void settle_on_surface(Path& path, int g, bool off_surface) {
+        const S t = clock_.local + path.dt;
+        if (const int j = sliding_surface(mode_); j >= 0) path.x1 = project(sys_, j, t, path.x1, p_, scale_);
+        if (g < Guard<M>::first_section && mode_[g / 3] != 0 && !off_surface)
+            path.x1 = project(sys_, g / 3, t, path.x1, p_, scale_);
+    }
+
+    /// True if the gradient of h vanishes where the surface was met: to first order the step
+    /// explains less than a millionth of the change of h.
+    template <class Path>
+    bool degenerate(int g, const Path& path, const X& x_before) const {
+        if (g >= Guard<M>::first_section || mode_[g / 3] == 0) return false;
+        const int j = g / 3;
+        const S t = clock_.local + path.dt;
+        const X gradient = grad_h(sys_, j, t, path.x1, p_);
+        S first_order = abs_(h_t(sys_, j, t, path.x1, p_) * path.dt);
+        for (int i = 0; i < N; ++i) first_order += abs_(gradient[i] * (path.x1[i] - x_before[i]));
+        const S change = abs_(switching(sys_, t, path.x1, p_)[j] - switching(sys_, clock_.local, x_before, p_)[j]);
+        return !(first_order > S(1e-6) * change) && change > S(0);
+    }
+
+    // --- integration ---------------------------------------------------------------------------
+
+    void weigh(const X& x) {
+        for (int i = 0; i < N; ++i)
+            scale_[i] = std::max(S(settings_.atol[i] + settings_.rtol * abs_(x[i])), smallest_scale);
+    }
+    S norm(const X& v) const {
+        using std::sqrt;
+        S sum(0);
+        for (int i = 0; i < N; ++i) sum += (v[i] / scale_[i]) * (v[i] / scale_[i]);
+        return sqrt(sum / S(N));
+    }
+    FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
+        X weight;
+        for (int i = 0; i < N; ++i)
+            weight[i] = S(1) / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
+        return Tableau::error(rk_, weight, dt);
+    }
+
+    /// Takes the step to x1: observer, state, clock.
+    template <class Path>
+    FILIPPOV_INLINE void accept(const X& x1, const S& dt, Path& path) {
+        if constexpr (Obs::wants_steps) observer_.on_step(StepView<S, N, M>{clock_, dt, x_, x1, mode_}, path);
+        x_ = x1;
+        weigh(x_);
+        clock_.advance(dt);
+        ++counters_.steps;
+    }
+    FILIPPOV_INLINE void keep_guard_values() {
+        for (int g = 0; g < n_guards; ++g) {
+            if constexpr (n_guards > 1) {
+                if (!active(g)) continue;
+            }
+            start_[idx(g)] = end_value_[idx(g)];
+            order_[idx(g)] = 0;
+        }
+    }
+
+    /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first asked for.
+    template <class Rhs>
+    struct RungeKuttaPath {
+        Segment& seg;
+        Rhs& rhs;
+        S dt;
+        X x1;
+        bool built = false;
+        typename RungeKutta<Tableau, S, N>::Polynomial polynomial;
+
+        /// The same field without probes.
+        struct Silent {
+            Rhs& rhs;
+            FILIPPOV_INLINE X operator()(const S&, const S& t, const X& x) const { return rhs.field(t, x); }
+        };
+
+        X on_surface(const X& x, const S& t) const {
+            if constexpr (Rhs::slides)
+                return project(seg.sys_, sliding_surface(seg.mode_), t, x, seg.p_, seg.scale_);
+            else
+                return x;
+        }
+        X operator()(const S& theta) {
+            if (!built) {
+                Silent silent{rhs};
+                polynomial = seg.rk_.interpolant(silent, seg.clock_.local, seg.x_, dt, x1);
+                seg.counters_.field += Tableau::extra_stages;
+                ++seg.counters_.interpolants;
+                built = true;
+            }
+            return on_surface(polynomial(theta), S(seg.clock_.local + theta * dt));
+        }
+        /// Leaves what is needed to evaluate this step later.
+        template <class Piece>
+        void store(Piece& piece) {
+            (*this)(S(0));
+            for (std::size_t m = 0; m < polynomial.c.size(); ++m) piece.polynomial.c[m] = polynomial.c[m];
+        }
+        const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
+        void shorten(const S& d) {
+            Silent silent{rhs};
+            seg.rk_.step(silent, seg.clock_.local, seg.x_, d, x1);
+            x1 = on_surface(x1, S(seg.clock_.local + d));
+            seg.counters_.field += Tableau::stages - 1;
+            dt = d;
+            built = false;
+        }
+        /// Moves the end by a second-order Taylor step, x'' from the stages.
+        void nudge(const S& delta) {
+            X& end = seg.rk_.k[RungeKutta<Tableau, S, N>::last];
+            for (int i = 0; i < N; ++i) {
+                const S bend = dt != S(0) ? (end[i] - seg.rk_.k[0][i]) / dt : S(0);
+                x1[i] += delta * (end[i] + delta / S(2) * bend);
+                end[i] += delta * bend;
+            }
+            dt += delta;
+            x1 = on_surface(x1, S(seg.clock_.local + dt));
+            built = false;
+        }
+        /// Bound on the error of a nudge in units of the tolerance: all of its second-order term.
+        S nudge_error(const S& delta) const {
+            X bend;
+            for (int i = 0; i < N; ++i) bend[i] = (end_field()[i] - seg.rk_.k[0][i]) / dt;
+            return seg.norm(bend) * delta * delta;
+        }
+    };
+
+    /// The smallest step that still moves the clock.
+    S resolution() const { return S(4) * ulp(clock_.local); }
+
+    bool interrupted() {
+        if constexpr (requires { observer_.interrupted(); })
+            return ((counters_.steps + counters_.rejected) & 255) == 0 && observer_.interrupted();
+        else
+            return false;
+    }
+
+    /// The next trial after a stage that was not finite: nearly to the surface if the step led
+    /// across it (the field may not exist beyond), else a quarter.
+    FILIPPOV_COLD S shorter_than(const S& dt) const {
+        for (int j = 0; j < M; ++j) {
+            if (mode_[j] == 0) continue;
+            const S height = switching(sys_, clock_.local, x_, p_)[j];
+            const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+            if (eta / dt > S(0) && eta / dt < S(1)) return S(0.9) * eta;
+        }
+        return dt / S(4);
+    }
+    FILIPPOV_COLD Status fail_small(bool bad_stage) {
+        if (!bad_stage) return fail(Status::step_too_small, "");
+        const S dt = S(direction_) * S(2) * resolution();
+        std::string_view what = what_is_not_finite(S(clock_.local + dt), X(x_ + dt * rk_.k[0]));
+        if (what.empty()) what = what_is_not_finite(clock_.local, x_);
+        return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
+    }
+
+    template <class Rhs>
+    Stop run(Rhs rhs) {
+        if (!have_k0_) {
+            rk_.k[0] = rhs.field(clock_.local, x_);
+            ++counters_.field;
+            have_k0_ = true;
+            if (!all_finite<S, N>(rk_.k[0])) return {fail(Status::not_finite, what_is_not_finite(clock_.local, x_))};
+        }
+        const bool fixed = settings_.fixed_step > S(0);
+        bool bad_stage = false;
+        for (;;) {
+            const S remaining = clock_.until(end_);
+            if (!(S(direction_) * remaining > S(0))) return {};
+            if (counters_.steps + counters_.rejected >= settings_.max_steps) return {fail(Status::max_steps, "")};
+            if (interrupted()) return {fail(Status::interrupted, "")};
+            S dt = dt_;
+            if (abs_(dt) > settings_.max_step) dt = S(direction_) * settings_.max_step;
+            const bool last = S(direction_) * dt >= S(direction_) * remaining * (S(1) - S(1e-9));
+            if (last) dt = remaining;
+            if (abs_(dt_) < resolution() && !(last && !bad_stage)) return {fail_small(bad_stage)};
+
+            reset_probes();
+            RungeKuttaPath<Rhs> path{*this, rhs, dt, X(x_), false, {}};
+            rk_.step(rhs, clock_.local, x_, dt, path.x1);
+            counters_.field += Tableau::stages - 1;
+            const bool finite = rk_.finite() && all_finite<S, N>(path.x1);
+            const S error = finite && !fixed ? step_error(path.x1, dt) : S(0);
+            if (!finite || !(error <= S(1))) {
+                ++counters_.rejected;
+                bad_stage = !finite || !(error < std::numeric_limits<S>::infinity());
+                dt_ = bad_stage ? shorter_than(dt) : dt * control_.template after_reject<S>(error);
+                if (bad_stage && fixed) return {fail_small(true)};
+                continue;
+            }
+            path.x1 = path.on_surface(path.x1, S(clock_.local + dt));
+
+            Found found;
+            if (!settings_.skip_root_search || any_doubt()) {
+                found = first_event(path);
+                if (found.guard < 0) found = contact_at_end(path, last);
+            }
+            if (!fixed) {
+                // A step cut by the end of the run does not shrink the next proposal; one that ends at
+                // an event keeps the full step's.
+                const S proposed = dt * control_.template after_accept<S>(error);
+                if (!last || abs_(proposed) > abs_(dt_)) dt_ = proposed;
+            }
+            bad_stage = false;
+            if (found.guard >= 0) {
+                const Stop stop = land(path, found);
+                rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
+                return stop;
+            }
+            accept(path.x1, dt, path);
+            rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
+            keep_guard_values();
+            if (last) clock_ = end_;
+        }
+    }
+
+    // --- slides in closed form -----------------------------------------------------------------
+
+    /// A window of a slide that the system knows in closed form.
+    struct ClosedFormPath {
+        Segment& seg;
+        S dt;
+        X x1;
+
+        X operator()(const S& theta) const { return seg.sys_.sliding_flow(seg.clock_.local, seg.x_, seg.p_, S(theta * dt)); }
+        template <class Piece>
+        void store(Piece& piece) const {
+            piece.closed_form = true;
+        }
+        X end_field() const { return seg.mode_field(S(seg.clock_.local + dt), x1); }
+        void shorten(const S& d) {
+            dt = d;
+            x1 = (*this)(S(1));
+        }
+        void nudge(const S& delta) { shorten(dt + delta); }
+        S nudge_error(const S&) const { return std::numeric_limits<S>::infinity(); }  // re-evaluating is as cheap
+    };
+
+    Stop run_closed_form() {
+        have_k0_ = false;
+        S window = abs_(dt_);
+        const S longest = clock_.period > S(0) ? clock_.period / S(4) : std::numeric_limits<S>::infinity();
+        for (;;) {
+            const S remaining = clock_.until(end_);
+            if (!(S(direction_) * remaining > S(0))) return {};
+            if (counters_.steps + counters_.rejected >= settings_.max_steps) return {fail(Status::max_steps, "")};
+            if (interrupted()) return {fail(Status::interrupted, "")};
+            window = std::max(std::min(window, longest), resolution());
+            const bool last = window >= abs_(remaining);
+            ClosedFormPath path{*this, last ? remaining : S(direction_) * window, X(x_)};
+            reset_probes();
+            for (int k = 1; k <= 6; ++k) {
+                const S theta = S(k) / S(6);
+                path.x1 = path(theta);
+                probe_slide(theta, S(clock_.local + theta * path.dt), path.x1);
+            }
+            if (!all_finite<S, N>(path.x1)) return {fail(Status::not_finite, "sliding_flow")};
+            Found found;
+            if (!settings_.skip_root_search || any_doubt()) {
+                found = first_event(path);
+                if (found.guard < 0) found = contact_at_end(path, last);
+            }
+            if (found.guard >= 0) return land(path, found);
+            accept(path.x1, path.dt, path);
+            keep_guard_values();
+            if (last) clock_ = end_;
+            window *= S(2);
+        }
+    }
+
+    void probe_slide(const S& theta, const S& t, const X& x) {
+        const int slid = sliding_surface(mode_);
+        probe(Guard<M>::below(slid), theta, guard_value(Guard<M>::below(slid), t, x));
+        probe(Guard<M>::above(slid), theta, guard_value(Guard<M>::above(slid), t, x));
+        probe(Guard<M>::transversal(slid), theta, guard_value(Guard<M>::transversal(slid), t, x));
+        probe_sections(theta, t, x);
+    }
+
+    static constexpr S smallest_scale = std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
+
+    const Sys& sys_;
+    const P p_;
+    const Settings<S, N>& settings_;
+    Obs& observer_;
+    const Sec& sections_;
+    Clock<S> clock_{}, end_{};
+    X x_;
+    Mode<M> mode_{};
+    int direction_ = 1;
+    int orientation_ = 1;  ///< sign of L1 - L2 at the start of the slide
+    S dt_ = S(0);
+    bool have_k0_ = false;
+    RungeKutta<Tableau, S, N> rk_;
+    StepControl<Tableau> control_;
+    X scale_;
+    std::array<S, n_guards> start_{}, end_value_{}, start_offset_{}, low_{}, high_{};
+    std::array<int, n_guards> order_{};
+    std::array<int, n_guards> side_{};
+    Counters counters_{};
+    Diagnosis<S, N, M> diagnosis_{};
+};
+
+} // namespace filippov

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sliding motion by Utkin's equivalent control.
+#pragma once
+
+#include <filippov/surface.hpp>
+
+namespace filippov {
+
+/// The two fields that meet at surface j and their normal components, the other surfaces as in `mode`.
+template <class Sys, class S>
+struct Sides {
+    State<Sys, S> f1, f2;  ///< fields where h_j < 0 and where h_j > 0
+    S l1, l2;              ///< their normal components L = h_t + <grad h, F>
+};
+
+template <class Sys, class S>
+FILIPPOV_INLINE Sides<Sys, S> both_sides(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                                         const State<Sys, S>& x, const Params<Sys, S>& p) {
+    Sides<Sys, S> sides;
+    mode.set(j, -1);
+    sides.f1 = side_field(sys, mode, t, x, p);
+    mode.set(j, +1);
+    sides.f2 = side_field(sys, mode, t, x, p);
+    sides.l1 = normal_component(sys, j, t, x, p, sides.f1);
+    sides.l2 = normal_component(sys, j, t, x, p, sides.f2);
+    return sides;
+}
+
+/// Sliding on one surface: the field, the blend variable and the transversality.
+template <class Sys, class S>
+struct Sliding {
+    State<Sys, S> f;  ///< F_s
+    S s;              ///< equivalent control, -1 at F1, +1 at F2
+    S w;              ///< L1 - L2: positive where sliding attracts, negative where it repels
+};
+
+/// The surface slid on in `mode`, -1 if there is none.
+template <int M>
+FILIPPOV_INLINE int sliding_surface(const Mode<M>& mode) {
+    for (int j = 0; j < M; ++j)
+        if (mode[j] == 0) return j;
+    return -1;
+}
+
+/// Sliding vector field on h_j = 0, j the one surface with mode 0.
+///
+///   F_s = (F1 + F2)/2 + s (F2 - F1)/2,   s = -(L1 + L2)/(L2 - L1)
+///
+/// @param x   state, shape (dim,); off the surface the formula keeps h constant
+/// @return    F_s, s and L1 - L2
+/// @error     none; NaN where L1 = L2
+/// @cost      both fields, two normal components
+/// @source    chapter, (4.11)-(4.12)
+template <class Sys, class S>
+FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
+                                        const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
+    Sliding<Sys, S> r;
+    r.w = b.l1 - b.l2;
+    r.s = (b.l1 + b.l2) / r.w;
+    // Weights L1/(L1-L2) and -L2/(L1-L2): no cancellation at either end of the sliding region.
+    const S below = -b.l2 / r.w, above = b.l1 / r.w;
+    for (int i = 0; i < dim_v<Sys>; ++i) r.f[i] = below * b.f1[i] + above * b.f2[i];
+    return r;
+}
+
+/// The blend variable and the transversality only.
+///
+/// A system that gives `equivalent_control` vouches for a surface that sliding does not lose.
+template <class Sys, class S>
+FILIPPOV_INLINE Vec<S, 2> sliding_margin(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
+                                         const State<Sys, S>& x, const Params<Sys, S>& p) {
+    if constexpr (HasEquivalentControl<Sys, S>) {
+        return {sys.equivalent_control(t, x, p), S(1)};
+    } else {
+        const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
+        return {(b.l1 + b.l2) / (b.l1 - b.l2), b.l1 - b.l2};
+    }
+}
+
+} // namespace filippov

@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Check the floors of ``include/filippov``.
+
+A header includes headers of lower floors, or of its own floor as long as there is no cycle; beyond
+that only Eigen and the standard library. Each header has its SPDX line and ``#pragma once``.
+
+The folder to check is the first argument, by default the library's own.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+# The floors, from the ground up: names of headers below include/filippov, without ".hpp".
+# "models/*" stands for every header of that folder. A header that is not listed is an error.
+FLOORS: list[list[str]] = [
+    # 0: ground
+    ["version", "config", "elementary", "scalar", "taylor", "status"],
+    # 1: what a system is
+    ["system"],
+    # 2: geometry at the surface
+    ["derivatives", "surface", "sliding", "mode"],
+    # 3: integration
+    ["runge_kutta", "dormand_prince5", "dormand_prince8", "control", "roots"],
+    # 4: trajectories
+    ["clock", "event", "settings", "observers", "segment", "flow", "trajectory"],
+    # 5: maps and orbits
+    [],
+    # 6: cells and basins
+    [],
+    # 7: top
+    ["models/*", "filippov"],
+]
+
+ROOT = Path(__file__).resolve().parent.parent
+INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*([<\"])([^>\"]+)[>\"]", re.MULTILINE)
+
+
+def floor_of(name: str) -> int | None:
+    """Return the floor of a header, None if it is not in the table."""
+    folder = name.rpartition("/")[0] + "/*"
+    for floor, names in enumerate(FLOORS):
+        if name in names or folder in names:
+            return floor
+    return None
+
+
+def find_cycle(graph: dict[str, list[str]]) -> list[str]:
+    """Return the headers of one include cycle, empty if there is none."""
+    done: set[str] = set()
+
+    def visit(name: str, path: list[str]) -> list[str]:
+        if name in path:
+            return [*path[path.index(name) :], name]
+        if name not in done:
+            for other in graph.get(name, []):
+                if cycle := visit(other, [*path, name]):
+                    return cycle
+            done.add(name)
+        return []
+
+    for name in graph:
+        if cycle := visit(name, []):
+            return cycle
+    return []
+
+
+def check_header(name: str, text: str) -> tuple[list[str], list[str]]:
+    """Return the names of the library's headers that this one includes, and what is wrong."""
+    floor = floor_of(name)
+    errors: list[str] = []
+    included: list[str] = []
+    if floor is None:
+        errors.append("is on no floor: add it to FLOORS in scripts/check_floors.py")
+    if "// SPDX-License-Identifier: BSD-3-Clause" not in text:
+        errors.append("has no SPDX line")
+    if "#pragma once" not in text:
+        errors.append("has no #pragma once")
+    for bracket, path in INCLUDE.findall(text):
+        if bracket == '"':
+            errors.append(f'includes "{path}": write <filippov/...>')
+        elif path.startswith("filippov/"):
+            other = path.removeprefix("filippov/").removesuffix(".hpp")
+            other_floor = floor_of(other)
+            included.append(other)
+            if other_floor is None:
+                errors.append(f"includes <{path}>, which is on no floor")
+            elif floor is not None and other_floor > floor:
+                errors.append(f"(floor {floor}) includes <{path}> (floor {other_floor})")
+        elif "/" in path and not path.startswith(("Eigen/", "unsupported/Eigen/", "experimental/")):
+            errors.append(f"includes <{path}>: only Eigen and the standard library are allowed")
+        elif path.endswith((".h", ".hpp")):
+            errors.append(f"includes <{path}>, which is no header of the C++ standard library")
+    return included, errors
+
+
+def check(folder: Path) -> list[str]:
+    """Return everything that is wrong with the headers below a folder."""
+    errors: list[str] = []
+    graph: dict[str, list[str]] = {}
+    for header in sorted(folder.rglob("*.hpp")):
+        name = header.relative_to(folder).with_suffix("").as_posix()
+        graph[name], wrong = check_header(name, header.read_text(encoding="utf-8"))
+        errors += [f"{name}.hpp {words}" for words in wrong]
+    for name, included in graph.items():
+        errors += [
+            f"{name}.hpp includes <filippov/{other}.hpp>, which does not exist"
+            for other in included
+            if other not in graph
+        ]
+    if not graph:
+        errors.append(f"no headers in {folder}")
+    if cycle := find_cycle(graph):
+        errors.append("headers include each other: " + " -> ".join(cycle))
+    return errors
+
+
+def main() -> int:
+    """Check, print what is wrong, return 0 if nothing is."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "include" / "filippov"
+    errors = check(folder)
+    for error in errors:
+        print(error)
+    if not errors:
+        print("floors: every header stands on lower ones")
+    return 1 if errors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Sets up what is missing: system packages (on Debian and its relatives, by apt) and .venv.
+#
+#   scripts/setup.sh        what the package and the examples need
+#   scripts/setup.sh test   also what the C++ tests and benchmarks need
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+fail() {
+    echo "setup: $*" >&2
+    exit 1
+}
+
+command -v python3 >/dev/null || fail "python3 was not found. Install Python 3.10 or newer."
+python3 -c 'import sys; sys.exit(sys.version_info < (3, 10))' ||
+    fail "$(command -v python3) is $(python3 --version 2>&1); 3.10 or newer is needed."
+
+# What a Python needs in order to make .venv and to build against.
+python_is_complete() {
+    python3 -c '
+import os, sys, sysconfig
+try:
+    import ensurepip, venv
+except ImportError:
+    sys.exit(1)
+sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))'
+}
+
+packages=(cmake ninja-build libeigen3-dev)
+if [ "${1:-}" = test ]; then
+    packages+=(catch2 libbenchmark-dev libboost-dev libgsl-dev)
+fi
+# A compiler and a Python from elsewhere serve as well as Debian's.
+command -v c++ >/dev/null || packages+=(g++)
+python_is_complete || packages+=(python3-venv python3-dev)
+
+installed() {
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+if command -v apt-get >/dev/null; then
+    missing=()
+    for package in "${packages[@]}"; do
+        installed "$package" || missing+=("$package")
+    done
+    if [ ${#missing[@]} -gt 0 ]; then
+        echo "setup: installing ${missing[*]}"
+        as_root=()
+        if [ "$(id -u)" -ne 0 ]; then
+            command -v sudo >/dev/null ||
+                fail "run this as root, or: apt-get install ${missing[*]}"
+            as_root=(sudo)
+        fi
+        apt() {
+            "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 "$@" </dev/null
+        }
+        apt update || echo "setup: apt-get update failed; trying the package lists at hand" >&2
+        apt install -y --no-install-recommends "${missing[@]}" >/dev/null ||
+            fail "apt-get install ${missing[*]} failed."
+    fi
+else
+    command -v c++ >/dev/null || fail "no C++ compiler was found."
+    for program in cmake ninja; do
+        command -v "$program" >/dev/null || fail "$program was not found. Install it, and Eigen 3.4."
+    done
+fi
+python_is_complete || fail "$(command -v python3) lacks venv or the header Python.h."
+
+if ! .venv/bin/python -c 'import pip' 2>/dev/null; then
+    echo "setup: making .venv with $(python3 --version)"
+    rm -rf .venv
+    python3 -m venv .venv
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip ||
+        echo "setup: pip could not be upgraded; going on with the one at hand" >&2
+fi

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Checks of the house: headers alone, floors, what must be refused, and how others use the library.
+
+# Each header compiles alone, and twice.
+set(alone_files)
+foreach(header IN LISTS FILIPPOV_HEADERS)
+  file(RELATIVE_PATH header ${PROJECT_SOURCE_DIR}/include ${header})
+  string(REGEX REPLACE "\\.hpp$" ".cpp" alone ${CMAKE_CURRENT_BINARY_DIR}/alone/${header})
+  file(CONFIGURE OUTPUT ${alone} CONTENT "#include <@header@>\n#include <@header@>\n" @ONLY)
+  list(APPEND alone_files ${alone})
+endforeach()
+add_library(filippov_headers_alone OBJECT ${alone_files})
+target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov)
+target_compile_options(filippov_headers_alone
+                       PRIVATE $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-O0 -g0>)
+
+# Floors.
+find_package(Python3 QUIET COMPONENTS Interpreter)
+if(Python3_Interpreter_FOUND)
+  add_test(NAME floors COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/scripts/check_floors.py)
+  set_tests_properties(floors PROPERTIES TIMEOUT 60)
+endif()
+
+# Each file of refuse/ must fail to compile, with the text of its first line.
+file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/include_folders.txt
+     CONTENT "$<JOIN:$<TARGET_PROPERTY:filippov_test_main,INCLUDE_DIRECTORIES>,\n>\n")
+function(filippov_refuse name file)
+  add_test(NAME refuse.${name}
+           COMMAND ${CMAKE_COMMAND} -DSOURCE=${file} -DCOMPILER=${CMAKE_CXX_COMPILER}
+                   -DCOMPILER_ID=${CMAKE_CXX_COMPILER_ID}
+                   -DINCLUDE_FOLDERS=${CMAKE_CURRENT_BINARY_DIR}/include_folders.txt
+                   -P ${CMAKE_CURRENT_LIST_DIR}/refuse.cmake)
+  set_tests_properties(refuse.${name} PROPERTIES TIMEOUT 120 LABELS refuse ${ARGN})
+endfunction()
+file(GLOB refuse_files CONFIGURE_DEPENDS refuse/*.cpp)
+foreach(file IN LISTS refuse_files)
+  get_filename_component(name ${file} NAME_WE)
+  filippov_refuse(${name} ${file})
+endforeach()
+# The harness itself: a program that compiles, and one refused for another reason, do not pass.
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/refuse/valid.cpp
+     CONTENT "// expect: anything\n#include <filippov/version.hpp>\nint main() {}\n")
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/refuse/other_reason.cpp
+     CONTENT "// expect: a text that no compiler says\nint main() { return undeclared_name; }\n")
+filippov_refuse(_rejects_a_valid_program ${CMAKE_CURRENT_BINARY_DIR}/refuse/valid.cpp
+                PASS_REGULAR_EXPRESSION "compiles, and must not")
+filippov_refuse(_rejects_another_reason ${CMAKE_CURRENT_BINARY_DIR}/refuse/other_reason.cpp
+                PASS_REGULAR_EXPRESSION "refused for another reason")
+
+# A project of somebody else's uses the library: installed, as a subfolder, and fetched.
+set(consumer_ways subdirectory fetch)
+if(Eigen3_DIR)
+  list(APPEND consumer_ways package)
+  set(consumer_eigen -DEIGEN_OPTION=-DEigen3_DIR=${Eigen3_DIR})
+else()
+  set(consumer_eigen -DEIGEN_OPTION=-DFETCHCONTENT_SOURCE_DIR_EIGEN3=${eigen3_SOURCE_DIR})
+endif()
+foreach(way IN LISTS consumer_ways)
+  add_test(NAME consumer.${way}
+           COMMAND ${CMAKE_COMMAND} -DWAY=${way} -DSOURCE=${PROJECT_SOURCE_DIR}
+                   -DBUILD=${PROJECT_BINARY_DIR} -DVERSION=${FILIPPOV_VERSION}
+                   -DGENERATOR=${CMAKE_GENERATOR} -DCOMPILER=${CMAKE_CXX_COMPILER}
+                   -DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/consumer/${way} ${consumer_eigen}
+                   -P ${CMAKE_CURRENT_LIST_DIR}/consumer.cmake)
+  set_tests_properties(consumer.${way} PROPERTIES TIMEOUT 300 LABELS consumer)
+endforeach()

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Compiles SOURCE and demands that it fails, with the text named in its first line:
+#
+#   // expect: a part of the compiler's message
+
+file(READ ${SOURCE} text)
+if(NOT text MATCHES "^// expect: ([^\n]+)\n")
+  message(FATAL_ERROR "${SOURCE}: first line must be '// expect: <part of the message>'")
+endif()
+string(STRIP "${CMAKE_MATCH_1}" expected)
+
+file(STRINGS ${INCLUDE_FOLDERS} folders)
+list(TRANSFORM folders PREPEND -I)
+# The source line is not echoed: it could contain the expected text.
+if(COMPILER_ID STREQUAL "MSVC")
+  set(options /std:c++20 /EHsc /Zs)
+elseif(COMPILER_ID STREQUAL "GNU")
+  set(options -std=c++20 -fsyntax-only -fno-diagnostics-show-caret)
+else()
+  set(options -std=c++20 -fsyntax-only -fno-caret-diagnostics)
+endif()
+execute_process(COMMAND ${CMAKE_COMMAND} -E env LC_ALL=C ${COMPILER} ${options} ${folders} ${SOURCE}
+                RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(status EQUAL 0)
+  message(FATAL_ERROR "compiles, and must not: ${SOURCE}")
+endif()
+string(FIND "${output}" "${expected}" position)
+if(position EQUAL -1)
+  message(NOTICE "expected: ${expected}\n${output}")
+  message(FATAL_ERROR "refused for another reason: ${SOURCE}")
+endif()
