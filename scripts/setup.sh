@@ -29,7 +29,7 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
 
 packages=(cmake ninja-build libeigen3-dev)
 if [ "${1:-}" = test ]; then
-    packages+=(catch2 libbenchmark-dev libboost-dev libgsl-dev)
+    packages+=(catch2 libbenchmark-dev libboost-dev libgsl-dev libcli11-dev nlohmann-json3-dev)
 fi
 # A compiler and a Python from elsewhere serve as well as Debian's.
 command -v c++ >/dev/null || packages+=(g++)

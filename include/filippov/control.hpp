@@ -21,30 +21,31 @@ public:
     /// Factor for the next step after an accepted one with error `err` (1 is the tolerance).
     template <class S>
     S after_accept(const S& err) {
-        const float e = clamp(err);
-        double factor = 0.9 * power(e, -Tableau::exponent);
-        if constexpr (Tableau::memory > 0) factor *= power(previous_, Tableau::memory);
-        previous_ = std::max(e, 1e-4f);
-        if (rejected_) factor = std::min(factor, 1.0);
+        const float e = log2_of(err);
+        float exponent = -static_cast<float>(Tableau::exponent) * e;
+        if constexpr (Tableau::memory > 0) exponent += static_cast<float>(Tableau::memory) * previous_;
+        previous_ = std::max(e, smallest);
+        const double largest = rejected_ ? 1.0 : Tableau::max_factor;
         rejected_ = false;
-        return S(std::clamp(factor, Tableau::min_factor, Tableau::max_factor));
+        return S(std::clamp(0.9 * double(std::exp2(exponent)), Tableau::min_factor, largest));
     }
     /// Factor for the next trial after a rejected one.
     template <class S>
     S after_reject(const S& err) {
         rejected_ = true;
-        return S(std::clamp(0.9 * power(clamp(err), -1.0 / Tableau::order), double(Tableau::min_factor), 0.9));
+        const float exponent = -log2_of(err) / static_cast<float>(Tableau::order);
+        return S(std::clamp(0.9 * double(std::exp2(exponent)), Tableau::min_factor, 0.9));
     }
 
 private:
-    // A factor needs three digits, not sixteen: single precision saves a tenth of a small step.
-    static float power(float base, double exponent) { return std::pow(base, static_cast<float>(exponent)); }
+    // A factor needs three digits, not sixteen: single precision and one exponential.
     template <class S>
-    static float clamp(const S& err) {
-        return static_cast<float>(std::clamp(err, S(1e-12f), S(1e12f)));
+    static float log2_of(const S& err) {
+        return std::log2(static_cast<float>(std::clamp(err, S(1e-12f), S(1e12f))));
     }
+    static constexpr float smallest = -13.3f;  ///< log2(1e-4): a lucky step is soon forgotten
 
-    float previous_ = 1e-4f;
+    float previous_ = smallest;
     bool rejected_ = false;
 };
 

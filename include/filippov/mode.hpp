@@ -61,6 +61,7 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
                     const State<Sys, S>& x, const Params<Sys, S>& p, int direction, const S& slope,
                     const S& tau, const S& band) {
     using std::abs;
+    using std::cbrt;
     using std::sqrt;
     if (!(abs(slope) <= std::numeric_limits<S>::max())) return {0, 0, false};
     if (abs(slope * tau) > S(100) / sqrt(epsilon<S>) * band && slope != S(0))
@@ -68,20 +69,33 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
 
     const auto field = [&](const auto& time, const auto& y, const auto& q) { return side_field(sys, mode, time, y, q); };
     const auto h = [&](const auto& time, const auto& y, const auto& q) { return switching(sys, time, y, q)[j]; };
-    auto d = lie_derivatives<3>(field, h, t, x, p);
-    d[0] *= S(direction);
-    d[2] *= S(direction);
     // Below this a derivative is rounding of something that is zero for all time.
     const S noise = S(1e-3) * band;
-    const bool none[3] = {abs(d[0] * tau) <= noise, abs(d[1] * tau * tau) <= noise,
-                          abs(d[2] * tau * tau * tau) <= noise};
-    const bool first_gone = (none[0] && none[1] && none[2]) || detail::negligible(d[0], d[1], 2, band) ||
-                            (none[1] && detail::negligible(d[0], d[2], 3, band));
-    if (!first_gone) return {detail::sign(d[0]), 1, true};
-    const bool second_gone = (none[1] && none[2]) || detail::negligible(d[1], d[2], 2, band);
-    if (!second_gone) return {detail::sign(d[1]), 2, true};
-    if (!none[2]) return {detail::sign(d[2]), 3, true};
+    const S second = lie_derivatives<2>(field, h, t, x, p)[1];
+    // Plainly not zero: whatever the third derivative, what h'' starts is above rounding.
+    if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
+        return detail::negligible(slope, second, 2, band) ? Departure{detail::sign(second), 2, true} : Departure{detail::sign(slope), 1, true};
+
+    const S third = S(direction) * lie_derivatives<3>(field, h, t, x, p)[2];
+    const bool no_third = abs(third * tau * tau * tau) <= noise;
+    const bool no_second = abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, band);
+    const bool no_first = no_second ? (no_third ? abs(slope * tau) <= noise : detail::negligible(slope, third, 3, band))
+                                    : detail::negligible(slope, second, 2, band);
+    if (!no_first) return {detail::sign(slope), 1, true};
+    if (!no_second) return {detail::sign(second), 2, true};
+    if (!no_third) return {detail::sign(third), 3, true};
     return {0, 0, true};
+}
+
+/// True if both sides' fields bend h_j alike.
+template <class Sys, class S>
+bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const auto field = [&](const auto& time, const auto& y, const auto& q) { return side_field(sys, mode, time, y, q); };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) { return switching(sys, time, y, q)[j]; };
+    mode.set(j, -1);
+    const auto below = lie_derivatives<3>(field, h, t, x, p);
+    mode.set(j, +1);
+    return below == lie_derivatives<3>(field, h, t, x, p);
 }
 
 /// The mode in which a solution leaves a point of surface j, and how sure that is.
@@ -136,7 +150,8 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     }
 
     const bool two_fold = v.below.order != 1 && v.above.order != 1;
-    const bool same_field = two_fold && b.f1 == b.f2;
+    // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
+    const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
     if (v.below.sign == 0 || v.above.sign == 0) {
         v.reason = "all derivatives of h up to order three vanish";
     } else if (two_fold && !same_field) {

@@ -7,8 +7,27 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <type_traits>
 
 namespace filippov {
+
+/// A function of one scalar, called through a pointer: the searches are compiled once a scalar, not
+/// once a system and mode. What it refers to must outlive it.
+template <class S>
+class Function {
+public:
+    template <class G>
+        requires(!std::same_as<std::remove_cvref_t<G>, Function>)
+    Function(G&& g)
+        : object_(const_cast<void*>(static_cast<const void*>(std::addressof(g)))),
+          call_([](void* object, S theta) { return S((*static_cast<std::remove_reference_t<G>*>(object))(theta)); }) {}
+    S operator()(S theta) const { return call_(object_, theta); }
+
+private:
+    void* object_;
+    S (*call_)(void*, S);
+};
 
 /// What `first_contact` found on (0, 1].
 enum class Contact : unsigned char {
@@ -18,15 +37,15 @@ enum class Contact : unsigned char {
 };
 
 /// Where g, positive at `positive` and not positive (or NaN) at `negative`, changes sign, to about
-/// nine digits: a landing starts from it. Illinois' variant of regula falsi, with bisection when the
+/// six digits: a landing starts from it. Illinois' variant of regula falsi, with bisection when the
 /// bracket does not shrink; at most 100 evaluations.
-template <class S, class G>
-S bracketed_root(G&& g, S positive, S g_positive, S negative, S g_negative) {
+template <class S>
+S bracketed_root(Function<std::type_identity_t<S>> g, S positive, S g_positive, S negative, S g_negative) {
     using std::abs;
     int kept = 0;  // which end the last step kept
     for (int k = 0; k < 100; ++k) {
         const S width = negative - positive;
-        if (!(abs(width) > S(1e-9) * std::max(abs(negative), abs(positive)))) break;
+        if (!(abs(width) > S(1e-6) * std::max(abs(negative), abs(positive)))) break;
         S theta = positive + width * (g_positive / (g_positive - g_negative));
         const bool inside = abs(theta - positive) < abs(width) && abs(negative - theta) < abs(width);
         if (!inside || k % 4 == 3) theta = positive + width / S(2);
@@ -49,8 +68,8 @@ S bracketed_root(G&& g, S positive, S g_positive, S negative, S g_negative) {
 
 /// Where g has its minimum on [a, b], by golden section; precise enough to start a Newton iteration
 /// on the derivative from.
-template <class S, class G>
-S minimum(G&& g, S a, S b) {
+template <class S>
+S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
     const S ratio(0.381966011250105152L);
     S u = a + ratio * (b - a), v = b - ratio * (b - a);
     S gu = g(u), gv = g(v);
@@ -81,8 +100,7 @@ struct Piece {
     S mismatch;   ///< largest error of the cubic at 1/6 and 5/6
     S lowest, highest;
 
-    template <class G>
-    Piece(G&& g, S from, S to, S g_from, S g_to) : a(from), b(to), ga(g_from), gb(g_to) {
+    Piece(Function<S> g, S from, S to, S g_from, S g_to) : a(from), b(to), ga(g_from), gb(g_to) {
         using std::abs;
         const S d = b - a;
         g1 = g(a + d / S(3));
@@ -129,8 +147,8 @@ struct Piece {
 /// @param g0    g(0), > 0 (a value of the right sign if g(0) itself was divided out)
 /// @param band  minima within it count as touches; 0 for none
 /// @param theta where
-template <class S, class G>
-Contact first_contact(G&& g, S g0, S band, S& theta) {
+template <class S>
+Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_identity_t<S> band, S& theta) {
     using std::abs;
     constexpr int max_depth = 10;
     struct Span {

@@ -99,45 +99,58 @@ public:
     /// Forces a mode. Guards start from their values here; `start_root(guard, order)` afterwards
     /// tells which of them start on a root.
     void enter(const Mode<M>& mode) {
-        if (!(mode == mode_)) have_k0_ = false;
+        const bool changed = !(mode == mode_);
+        if (changed) have_k0_ = false;
         mode_ = mode;
-        orientation_ = 1;
-        if (const int j = sliding_surface(mode_); j >= 0)
-            orientation_ = detail::sign(sliding_margin(sys_, mode_, clock_.local, x_, p_)[1]);
-        for (int g = 0; g < 3 * M; ++g) {
-            order_[idx(g)] = 0;
-            if (active(g)) start_[idx(g)] = guard_value(g, clock_.local, x_);
+        if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution()) choose_first_step();
+        for (int g = 0; g < Guard<M>::first_section; ++g) {
+            if (!active(g)) continue;
+            const std::size_t i = idx(g);
+            const S value = raw_guard(g, clock_.local, x_);
+            order_[i] = 0;
+            sense_[i] = mode_[g / 3] != 0 ? S(mode_[g / 3]) : g % 3 == 2 && value < S(0) ? S(-1) : S(1);
+            start_[i] = sense_[i] * value;
         }
     }
 
     /// Guard g starts on a root of this order: it is divided out of g in the next step.
     void start_root(int g, int order) {
         order_[idx(g)] = order;
-        if (g < Guard<M>::first_section) {
-            start_offset_[idx(g)] = guard_value(g, clock_.local, x_);
-        } else {
-            start_offset_[idx(g)] = S(0);
+        start_offset_[idx(g)] = g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
+    }
+
+    /// Watches guard g alone, from whichever side it starts on; -1: none.
+    void watch_only(int guard) {
+        for (int g = 0; g < n_guards; ++g) watched_[idx(g)] = g == guard;
+        if (guard < 0 || !active(guard)) return;
+        const S value = raw_guard(guard, clock_.local, x_);
+        sense_[idx(guard)] = S(detail::sign(value));
+        start_[idx(guard)] = abs_(value);
+        if (abs_(value) <= touch_band(guard, true)) {
+            sense_[idx(guard)] = S(0);
+            start_root(guard, 1);
         }
     }
 
-    /// Side of section q on which the next step starts; 0: exactly on it, side unknown.
+    /// Section q starts here, on the side of its value; exactly on it the side is where the step goes.
     void start_section(int q) {
-        const std::size_t g = idx(Guard<M>::first_section + q);
-        side_[g] = detail::sign(section_raw(q, clock_.local, x_));
-        order_[g] = side_[g] == 0 ? 1 : 0;
-        if (side_[g] == 0) side_[g] = unknown_side;
-        start_[g] = S(1) * abs_(section_raw(q, clock_.local, x_));
-        start_offset_[g] = S(0);
+        const std::size_t i = idx(Guard<M>::first_section + q);
+        const S value = section_value(q);
+        sense_[i] = S(detail::sign(value));
+        start_[i] = abs_(value);
+        order_[i] = sense_[i] == S(0) ? 1 : 0;
+        start_offset_[i] = S(0);
     }
     /// Section q was just crossed: the next step starts on its root, on the other side.
     void passed_section(int q) {
-        const std::size_t g = idx(Guard<M>::first_section + q);
-        side_[g] = side_[g] == unknown_side ? unknown_side : -side_[g];
-        order_[g] = 1;
-        start_offset_[g] = S(0);
+        const std::size_t i = idx(Guard<M>::first_section + q);
+        sense_[i] = -sense_[i];
+        order_[i] = 1;
+        start_offset_[i] = S(0);
     }
-    int section_side(int q) const { return side_[idx(Guard<M>::first_section + q)]; }
-    S section_raw(int q, const S& t, const X& x) const { return sections_.value(q, S(clock_.offset() + t), x, p_); }
+    /// The sign that section q had before, 0 if not known yet.
+    int section_side(int q) const { return detail::sign(sense_[idx(Guard<M>::first_section + q)]); }
+    S section_value(int q) const { return raw_guard(Guard<M>::first_section + q, clock_.local, x_); }
 
     /// First step size: Hairer, Norsett, Wanner I, II.4, with the field of the current mode.
     void choose_first_step() {
@@ -200,7 +213,6 @@ public:
     }
 
 private:
-    static constexpr int unknown_side = 2;
     static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
     static S abs_(const S& v) {
         using std::abs;
@@ -221,9 +233,9 @@ private:
         }
         FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
             const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
-            if constexpr (Side != 0) seg.probe(0, theta, S(Side) * h[0]);
+            if constexpr (Side != 0) seg.probe(0, theta, seg.sense_[0] * h[0]);
             else
-                for (int j = 0; j < M; ++j) seg.probe(3 * j, theta, S(seg.mode_[j]) * h[j]);
+                for (int j = 0; j < M; ++j) seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
             seg.probe_sections(theta, t, x);
             return field(t, x);
         }
@@ -241,14 +253,12 @@ private:
         FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
             const Sliding<Sys, S> slide = at(t, x);
             const int slid = sliding_surface(seg.mode_);
-            const S limit = s_max(seg.sys_, seg.p_);
-            seg.probe(3 * slid, theta, limit + slide.s);
-            seg.probe(3 * slid + 1, theta, limit - slide.s);
-            seg.probe(3 * slid + 2, theta, S(seg.orientation_) * slide.w);
+            const S beyond = s_max(seg.sys_, seg.p_) - S(1);
+            seg.probe_margins(slid, theta, beyond + slide.below, beyond + slide.above, slide.w);
             if constexpr (M > 1) {
                 const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
                 for (int j = 0; j < M; ++j)
-                    if (j != slid) seg.probe(3 * j, theta, S(seg.mode_[j]) * h[j]);
+                    if (j != slid) seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
             }
             seg.probe_sections(theta, t, x);
             return slide.f;
@@ -263,23 +273,27 @@ private:
     // --- guards --------------------------------------------------------------------------------
 
     bool active(int g) const {
+        if (!watched_[idx(g)]) return false;
         if (g >= Guard<M>::first_section) return g - Guard<M>::first_section < sections_.size();
         return mode_[g / 3] == 0 || g % 3 == 0;
     }
 
-    /// Oriented value of a guard: positive before the event.
-    S guard_value(int g, const S& t, const X& x) const {
-        if (g >= Guard<M>::first_section) {
-            const int side = side_[idx(g)];
-            return (side < 0 ? S(-1) : S(1)) * section_raw(g - Guard<M>::first_section, t, x);
-        }
+    /// A guard before it is given its sense.
+    S raw_guard(int g, const S& t, const X& x) const {
+        if (g >= Guard<M>::first_section) return sections_.value(g - Guard<M>::first_section, S(clock_.offset() + t), x, p_);
         const int j = g / 3;
-        if (mode_[j] != 0) return S(mode_[j]) * switching(sys_, t, x, p_)[j];
-        const Vec<S, 2> margin = sliding_margin(sys_, mode_, t, x, p_);
-        if (g % 3 == 2) return S(orientation_) * margin[1];
-        return s_max(sys_, p_) + (g % 3 == 0 ? margin[0] : -margin[0]);
+        if (mode_[j] != 0) return switching(sys_, t, x, p_)[j];
+        const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
+        if (g % 3 == 2) return margin.w;
+        return s_max(sys_, p_) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
     }
+    /// Oriented value of a guard: positive before the event.
+    S guard_value(int g, const S& t, const X& x) const { return sense_[idx(g)] * raw_guard(g, t, x); }
 
+    FILIPPOV_INLINE void probe_margins(int slid, const S& theta, const S& below, const S& above, const S& w) {
+        for (const auto& [g, value] : {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above}, std::pair{Guard<M>::transversal(slid), w}})
+            probe(g, theta, sense_[idx(g)] * value);
+    }
     FILIPPOV_INLINE void probe(int g, const S& theta, const S& value) {
         const std::size_t i = idx(g);
         end_value_[i] = value;
@@ -320,8 +334,7 @@ private:
     FILIPPOV_INLINE bool doubtful(int g) const {
         const std::size_t i = idx(g);
         const S range = S(0.25) * (high_[i] - low_[i]);
-        if (side_[i] == unknown_side) return true;
-        return !(low_[i] > range);
+        return sense_[i] == S(0) || !(low_[i] > range);
     }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
@@ -372,9 +385,10 @@ private:
             if (!active(g) || (settings_.skip_root_search && !doubtful(g))) continue;
             const std::size_t i = idx(g);
             const auto raw = [&](const S& theta) { return guard_value(g, S(clock_.local + theta * path.dt), path(theta)); };
-            if (side_[i] == unknown_side) {  // a section that starts exactly on zero: its side is where the step goes
-                side_[i] = 1;
-                if (raw(S(1e-3)) < S(0)) side_[i] = -1;
+            if (sense_[i] == S(0)) {  // starts exactly on zero: its side is where the step goes
+                sense_[i] = S(1);
+                if (raw(S(1e-3)) < S(0)) sense_[i] = S(-1);
+                end_value_[i] = guard_value(g, S(clock_.local + path.dt), path.x1);
             }
             // The root at the start is divided out. Within the sliver the quotient is rounding (for a
             // double root, error of the interpolant): its value there is the one at the sliver's end.
@@ -418,9 +432,9 @@ private:
     /// Derivative of guard g along the path at its end, times -1: positive before a minimum.
     S minus_slope(int g, const S& t, const X& x, const X& f) const {
         const int j = g / 3;
-        if (mode_[j] != 0) return S(-mode_[j]) * normal_component(sys_, j, t, x, p_, f);
+        if (mode_[j] != 0) return -sense_[idx(g)] * normal_component(sys_, j, t, x, p_, f);
         const auto q = lift<1>(p_);
-        const auto s = [&](const auto& time, const auto& y) { return sliding_margin(sys_, mode_, time, y, q)[0]; };
+        const auto s = [&](const auto& time, const auto& y) { return sliding_margin(sys_, mode_, time, y, q).s; };
         return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
     }
 
@@ -461,13 +475,13 @@ private:
             previous_d = d;
             previous_r = r;
             const S delta = -r / slope;
+            if (abs_(delta) <= ulp(clock_.local + d)) break;
             const S next = d + delta;
             const bool inside = forward * next >= S(0) && forward * (full * S(1.01) - next) >= S(0) &&
                                 !(seen_near && !(forward * (next - near) > S(0))) && !(seen_far && !(forward * (far - next) > S(0)));
-            const bool tiny = abs_(delta) <= ulp(clock_.local + d);
-            if (tiny || (inside && path.nudge_error(delta) <= nudge_tolerance())) {
-                if (inside) path.nudge(delta);
-                break;
+            if (inside && path.nudge_error(delta) <= nudge_tolerance()) {
+                if (polish(path, residual, slope, delta)) break;
+                path.shorten(d);
             }
             if (seen_near && seen_far && abs_(far - near) <= S(2) * ulp(clock_.local + d)) {
                 // h jumps here, or is too flat to tell: stop just beyond
@@ -487,8 +501,28 @@ private:
         settle_on_surface(path, g, found.touch || jumped);
         if (degenerate(g, path, x_before)) stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         accept(path.x1, path.dt, path);
+        for (int q = Guard<M>::first_section; q < n_guards; ++q) {
+            if (!active(q)) continue;
+            start_[idx(q)] = guard_value(q, clock_.local, x_);
+            order_[idx(q)] = 0;
+        }
         if (stop.status != Status::ok) diagnosis_ = {"grad h", clock_.absolute(), x_, mode_, g / 3};
         return stop;
+    }
+
+    /// Newton by Taylor steps from the end of a path, where they are exact enough; the slope stays.
+    /// False if the residual does not follow it (a kink or a jump of h).
+    template <class Path, class Residual>
+    bool polish(Path& path, Residual&& residual, const S& slope, S delta) const {
+        const S noise = S(1e4) * epsilon<S> * abs_(path.dt);
+        for (int k = 0; k < 12; ++k) {
+            path.nudge(delta);
+            const S next = -residual() / slope;
+            if (abs_(next) <= ulp(clock_.local + path.dt)) return true;
+            if (!(abs_(next) < S(0.5) * abs_(delta))) return abs_(next) <= noise;
+            delta = next;
+        }
+        return abs_(delta) <= noise;
     }
 
     template <class Path>
@@ -582,12 +616,6 @@ private:
         bool built = false;
         typename RungeKutta<Tableau, S, N>::Polynomial polynomial;
 
-        /// The same field without probes.
-        struct Silent {
-            Rhs& rhs;
-            FILIPPOV_INLINE X operator()(const S&, const S& t, const X& x) const { return rhs.field(t, x); }
-        };
-
         X on_surface(const X& x, const S& t) const {
             if constexpr (Rhs::slides)
                 return project(seg.sys_, sliding_surface(seg.mode_), t, x, seg.p_, seg.scale_);
@@ -596,8 +624,7 @@ private:
         }
         X operator()(const S& theta) {
             if (!built) {
-                Silent silent{rhs};
-                polynomial = seg.rk_.interpolant(silent, seg.clock_.local, seg.x_, dt, x1);
+                polynomial = seg.rk_.interpolant(rhs, seg.clock_.local, seg.x_, dt, x1);
                 seg.counters_.field += Tableau::extra_stages;
                 ++seg.counters_.interpolants;
                 built = true;
@@ -612,8 +639,7 @@ private:
         }
         const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
         void shorten(const S& d) {
-            Silent silent{rhs};
-            seg.rk_.step(silent, seg.clock_.local, seg.x_, d, x1);
+            seg.rk_.step(rhs, seg.clock_.local, seg.x_, d, x1);
             x1 = on_surface(x1, S(seg.clock_.local + d));
             seg.counters_.field += Tableau::stages - 1;
             dt = d;
@@ -660,6 +686,20 @@ private:
         }
         return dt / S(4);
     }
+    /// Where a field ends at its surface no step reaches across: the surface is met when the time left
+    /// to it is below the resolution of time.
+    FILIPPOV_COLD Stop contact_at_edge() {
+        Stop stop;
+        for (int j = 0; j < M; ++j) {
+            if (mode_[j] == 0) continue;
+            const S height = switching(sys_, clock_.local, x_, p_)[j];
+            const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+            if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution())) continue;
+            x_ = project(sys_, j, clock_.local, x_, p_, scale_);
+            stop.guard = Guard<M>::below(j);
+        }
+        return stop;
+    }
     FILIPPOV_COLD Status fail_small(bool bad_stage) {
         if (!bad_stage) return fail(Status::step_too_small, "");
         const S dt = S(direction_) * S(2) * resolution();
@@ -687,7 +727,11 @@ private:
             if (abs_(dt) > settings_.max_step) dt = S(direction_) * settings_.max_step;
             const bool last = S(direction_) * dt >= S(direction_) * remaining * (S(1) - S(1e-9));
             if (last) dt = remaining;
-            if (abs_(dt_) < resolution() && !(last && !bad_stage)) return {fail_small(bad_stage)};
+            if (abs_(dt_) < resolution() && !(last && !bad_stage)) {
+                const Stop stop = bad_stage ? contact_at_edge() : Stop{};
+                if (stop.guard >= 0) return stop;
+                return {fail_small(bad_stage)};
+            }
 
             reset_probes();
             RungeKuttaPath<Rhs> path{*this, rhs, dt, X(x_), false, {}};
@@ -753,13 +797,13 @@ private:
     Stop run_closed_form() {
         have_k0_ = false;
         S window = abs_(dt_);
-        const S longest = clock_.period > S(0) ? clock_.period / S(4) : std::numeric_limits<S>::infinity();
+        const S longest = clock_.period > S(0) ? clock_.period / S(2) : std::numeric_limits<S>::infinity();
         for (;;) {
             const S remaining = clock_.until(end_);
             if (!(S(direction_) * remaining > S(0))) return {};
             if (counters_.steps + counters_.rejected >= settings_.max_steps) return {fail(Status::max_steps, "")};
             if (interrupted()) return {fail(Status::interrupted, "")};
-            window = std::max(std::min(window, longest), resolution());
+            window = std::max(std::min({window, longest, settings_.max_step}), resolution());
             const bool last = window >= abs_(remaining);
             ClosedFormPath path{*this, last ? remaining : S(direction_) * window, X(x_)};
             reset_probes();
@@ -778,18 +822,23 @@ private:
             accept(path.x1, path.dt, path);
             keep_guard_values();
             if (last) clock_ = end_;
-            window *= S(2);
+            window *= S(4);
         }
     }
 
     void probe_slide(const S& theta, const S& t, const X& x) {
         const int slid = sliding_surface(mode_);
-        probe(Guard<M>::below(slid), theta, guard_value(Guard<M>::below(slid), t, x));
-        probe(Guard<M>::above(slid), theta, guard_value(Guard<M>::above(slid), t, x));
-        probe(Guard<M>::transversal(slid), theta, guard_value(Guard<M>::transversal(slid), t, x));
+        const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
+        const S beyond = s_max(sys_, p_) - S(1);
+        probe_margins(slid, theta, beyond + margin.below, beyond + margin.above, margin.w);
         probe_sections(theta, t, x);
     }
 
+    static constexpr std::array<bool, n_guards> filled() {
+        std::array<bool, n_guards> all{};
+        all.fill(true);
+        return all;
+    }
     static constexpr S smallest_scale = std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
 
     const Sys& sys_;
@@ -801,7 +850,6 @@ private:
     X x_;
     Mode<M> mode_{};
     int direction_ = 1;
-    int orientation_ = 1;  ///< sign of L1 - L2 at the start of the slide
     S dt_ = S(0);
     bool have_k0_ = false;
     RungeKutta<Tableau, S, N> rk_;
@@ -809,9 +857,54 @@ private:
     X scale_;
     std::array<S, n_guards> start_{}, end_value_{}, start_offset_{}, low_{}, high_{};
     std::array<int, n_guards> order_{};
-    std::array<int, n_guards> side_{};
+    std::array<S, n_guards> sense_{};  ///< sign of a guard before its event, 0: not known yet
+    std::array<bool, n_guards> watched_ = filled();
     Counters counters_{};
     Diagnosis<S, N, M> diagnosis_{};
 };
+
+/// Where a forced segment ended.
+template <class S, int N, int M>
+struct SegmentResult {
+    Status status = Status::ok;  ///< `event` if the target was met, `ok` at t_end
+    Clock<S> clock{};
+    S t{};
+    Vec<S, N> x{};
+    Counters counters{};
+    Diagnosis<S, N, M> diagnosis{};
+};
+
+/// Follows one forced mode from x0 at t0 to the first root of a target, or to t_end.
+///
+/// Nothing is judged: a slide goes on beyond |s| = 1, a one-sided field beyond its side as long as it
+/// is finite, and other surfaces are passed. So the end depends smoothly on the start wherever the target is
+/// met transversally, which shooting and continuation need.
+/// @param target  Guard<M>::below(j): h_j = 0, or in a slide s = -1; Guard<M>::above(j): s = +1; -1: none.
+///                A target that is zero at the start is not found there.
+/// @error std::invalid_argument as in `flow`; else a Status
+template <class Tableau, class Sys, class S>
+SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
+                                                      const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0,
+                                                      std::type_identity_t<S> t0, std::type_identity_t<S> t_end, int target,
+                                                      const Settings<S, dim_v<Sys>>& settings) {
+    require_system<Sys>();
+    validate(settings);
+    validate_start(x0, t0, t_end, p);
+    Nothing nothing;
+    const Sections<> none;
+    Segment<Sys, S, Tableau, Nothing, Sections<>> run(sys, p, t0, x0, t_end, settings, nothing, none);
+    run.enter(mode);
+    run.choose_first_step();
+    run.watch_only(target);
+    const Stop stop = run.advance();
+    SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;
+    result.status = stop.status != Status::ok ? stop.status : stop.guard >= 0 ? Status::event : Status::ok;
+    result.clock = run.clock();
+    result.t = result.clock.absolute();
+    result.x = run.x();
+    result.counters = run.counters();
+    result.diagnosis = run.diagnosis();
+    return result;
+}
 
 } // namespace filippov

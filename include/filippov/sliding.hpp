@@ -30,7 +30,7 @@ FILIPPOV_INLINE Sides<Sys, S> both_sides(const Sys& sys, Mode<surfaces_v<Sys>> m
 template <class Sys, class S>
 struct Sliding {
     State<Sys, S> f;  ///< F_s
-    S s;              ///< equivalent control, -1 at F1, +1 at F2
+    S below, above;   ///< 1 + s and 1 - s: zero where the slide ends below and above
     S w;              ///< L1 - L2: positive where sliding attracts, negative where it repels
 };
 
@@ -47,7 +47,7 @@ FILIPPOV_INLINE int sliding_surface(const Mode<M>& mode) {
 ///   F_s = (F1 + F2)/2 + s (F2 - F1)/2,   s = -(L1 + L2)/(L2 - L1)
 ///
 /// @param x   state, shape (dim,); off the surface the formula keeps h constant
-/// @return    F_s, s and L1 - L2
+/// @return    F_s, 1 + s, 1 - s and L1 - L2
 /// @error     none; NaN where L1 = L2
 /// @cost      both fields, two normal components
 /// @source    chapter, (4.11)-(4.12)
@@ -57,24 +57,37 @@ FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sy
     const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
     Sliding<Sys, S> r;
     r.w = b.l1 - b.l2;
-    r.s = (b.l1 + b.l2) / r.w;
-    // Weights L1/(L1-L2) and -L2/(L1-L2): no cancellation at either end of the sliding region.
-    const S below = -b.l2 / r.w, above = b.l1 / r.w;
-    for (int i = 0; i < dim_v<Sys>; ++i) r.f[i] = below * b.f1[i] + above * b.f2[i];
+    // (1 - s)/2 = -L2/(L1 - L2) and (1 + s)/2 = L1/(L1 - L2): no cancellation at either end.
+    const S share1 = -b.l2 / r.w, share2 = b.l1 / r.w;
+    for (int i = 0; i < dim_v<Sys>; ++i) r.f[i] = share1 * b.f1[i] + share2 * b.f2[i];
+    r.below = share2 + share2;
+    r.above = share1 + share1;
     return r;
 }
 
-/// The blend variable and the transversality only.
+/// How far a slide is from its ends, without cancellation at either.
+template <class S>
+struct Margin {
+    S s;      ///< equivalent control
+    S below;  ///< 1 + s = 2 L1/(L1 - L2), zero where the slide leaves into h < 0
+    S above;  ///< 1 - s = -2 L2/(L1 - L2), zero where it leaves into h > 0
+    S w;      ///< L1 - L2
+};
+
+/// The margins of the slide of `mode` at (t, x).
 ///
 /// A system that gives `equivalent_control` vouches for a surface that sliding does not lose.
+/// @error none; NaN or infinite where L1 = L2
 template <class Sys, class S>
-FILIPPOV_INLINE Vec<S, 2> sliding_margin(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
+FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
                                          const State<Sys, S>& x, const Params<Sys, S>& p) {
     if constexpr (HasEquivalentControl<Sys, S>) {
-        return {sys.equivalent_control(t, x, p), S(1)};
+        const S s = sys.equivalent_control(t, x, p);
+        return {s, S(1) + s, S(1) - s, S(1)};
     } else {
         const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
-        return {(b.l1 + b.l2) / (b.l1 - b.l2), b.l1 - b.l2};
+        const S w = b.l1 - b.l2;
+        return {(b.l1 + b.l2) / w, S(2) * b.l1 / w, S(-2) * b.l2 / w, w};
     }
 }
 

@@ -60,7 +60,7 @@ struct Trajectory {
         const auto& piece = piece_at(time);
         if (piece.mode[0] != 0) return S(piece.mode[0]);
         const S local = piece.clock.local + (time - piece.clock.absolute());
-        return sliding_margin(sys, piece.mode, local, (*this)(time), p)[0];
+        return sliding_margin(sys, piece.mode, local, (*this)(time), p).s;
     }
 
 private:

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What does each skip save? Every row is the same run with one thing done that the scene does not need.
+
+#include "measure.hpp"
+
+#include <filippov/models/oscillator.hpp>
+#include <filippov/trajectory.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+namespace {
+
+using namespace filippov;
+using Sys = models::Oscillator;
+
+/// Looks at every step, and keeps nothing.
+struct StepsSeen {
+    static constexpr bool wants_steps = true;
+    long long n = 0;
+    void on_event(const auto&) {}
+    void on_step(const auto&, auto&) { ++n; }
+};
+
+/// Asks for the interpolant of every step.
+struct MiddleOfEveryStep {
+    static constexpr bool wants_steps = true;
+    double sum = 0;
+    void on_event(const auto&) {}
+    void on_step(const auto&, auto& path) { sum += path(0.5)[0]; }
+};
+
+/// The oscillator without what it says about itself: no closed forms, no gradient.
+struct Bare {
+    static constexpr int dim = 2;
+    static constexpr auto params = Sys::params;
+    static constexpr auto defaults = Sys::defaults;
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.f1(t, x, p); }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.f2(t, x, p); }
+    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.h(t, x, p); }
+    template <Scalar S> S period(const Vec<S, 10>& p) const { return Sys{}.period(p); }
+};
+
+struct Case {
+    const char* what;
+    std::function<Vec<double, 2>()> run;
+};
+
+template <class Tableau>
+std::vector<Case> cases(double tolerance) {
+    static const Sys sys;
+    static const auto p = default_params<Sys>();
+    const double t_end = 200 * sys.period(p);
+    const Vec<double, 2> x0(0, 0);
+    const Settings<double, 2> plain{.rtol = tolerance, .atol = tolerance};
+    Settings<double, 2> always = plain, integrated = plain;
+    always.skip_root_search = false;
+    integrated.closed_form_slides = false;
+    const auto with = [=](auto observer, const Settings<double, 2>& settings) {
+        return [=]() mutable {
+            auto fresh = observer;
+            return flow<Tableau>(sys, p, x0, 0.0, t_end, settings, fresh).x;
+        };
+    };
+    return {{"nothing but the final state", with(Nothing{}, plain)},
+            {"+ event log", with(EventLog<double, 2, 1>{}, plain)},
+            {"+ a look at every step", with(StepsSeen{}, plain)},
+            {"+ an interpolant in every step", with(MiddleOfEveryStep{}, plain)},
+            {"+ everything stored, dense", [=] { return simulate<Tableau>(sys, p, x0, 0.0, t_end, plain).result.x; }},
+            {"+ a root search in every step", with(Nothing{}, always)},
+            {"+ slides integrated", with(Nothing{}, integrated)},
+            {"+ no closed forms, no gradient given", [=] {
+                 Nothing nothing;
+                 return flow<Tableau>(Bare{}, p, x0, 0.0, t_end, plain, nothing).x;
+             }}};
+}
+
+template <class Tableau>
+bool measure(const char* method, const bench::Options& options, nlohmann::json& results) {
+    const double tolerance = 1e-8;
+    const auto all = cases<Tableau>(tolerance);
+    std::vector<std::function<void()>> timed;
+    bool right = true;
+    const Vec<double, 2> x = all[0].run();
+    for (const Case& c : all) {
+        // the same run to about the tolerance, whatever was done besides
+        right = right && (c.run() - x).cwiseAbs().maxCoeff() < 1e3 * tolerance;
+        timed.push_back([&c] { static_cast<void>(c.run()); });
+    }
+    const auto ms = bench::time_in_turns(timed, options.turns);
+    std::printf("%s, tolerance %.0e\n", method, tolerance);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        std::printf("  %-38s %8.3f ms   x %.2f\n", all[i].what, ms[i], ms[i] / ms[0]);
+        results.push_back({{"method", method}, {"what", all[i].what}, {"ms", ms[i]}, {"ratio", ms[i] / ms[0]}});
+    }
+    return right;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const auto options = bench::parse(argc, argv, "What each skip saves");
+    nlohmann::json results = nlohmann::json::array();
+    const bool right5 = measure<DormandPrince5>("dopri5", options, results);
+    const bool right8 = measure<DormandPrince8>("dop853", options, results);
+    bench::write_json(options, results);
+    if (!right5 || !right8) std::printf("a run is wrong: the cases do not agree\n");
+    return right5 && right8 ? 0 : 1;
+}

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What this installation is made of."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from . import _core
+
+__all__ = ["get_include", "show_config"]
+
+
+def get_include() -> str:
+    """Folder of the C++ headers, for `#include <filippov/filippov.hpp>`."""
+    folder = Path(_core.__file__).parent / "include"
+    if not (folder / "filippov").is_dir():
+        raise FileNotFoundError(f"{folder} has no headers: this is not an installed package")
+    return str(folder)
+
+
+def show_config(mode: str = "stdout") -> dict[str, str] | None:
+    """Print what this installation is made of, or return it with `mode="dicts"`."""
+    config = {
+        "filippov": _core.__version__,
+        "compiler": str(_core.config["compiler"]),
+        "C++": str(_core.config["cxx"]),
+        "Eigen": str(_core.config["eigen"]),
+        "instruction set": str(_core.config["simd"]),
+        "assertions": "on" if _core.config["assertions"] else "off",
+        "Python": platform.python_version(),
+        "numpy": np.__version__,
+        "platform": platform.platform(),
+    }
+    if mode == "dicts":
+        return config
+    if mode != "stdout":
+        raise ValueError(f"mode = {mode!r}: expected 'stdout' or 'dicts'")
+    width = max(map(len, config))
+    for name, value in config.items():
+        sys.stdout.write(f"{name:{width}}  {value}\n")
+    return None

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happened along a trajectory: event kinds, the event log, event functions."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._check import refuse
+from ._types import Record
+
+__all__ = ["EventFunction", "EventKind", "Watched", "event_log", "mode_changes", "watch_all"]
+
+
+class EventKind(str, Enum):
+    """What happened at an event; compares equal to its name, in `Trajectory.events` too."""
+
+    cross = "cross"  #: from one side of a surface to the other
+    enter_sliding = "enter_sliding"  #: from a side into a slide
+    exit_sliding = "exit_sliding"  #: from a slide to a side
+    graze = "graze"  #: touched a surface from one side; no change of mode
+    slide_extremum = "slide_extremum"  #: a slide touched its boundary from inside
+    section = "section"  #: zero of a user's event function
+    jump = "jump"  #: the state jumped
+    accumulation = "accumulation"  #: events accumulated here
+    start = "start"  #: first point of the run
+    end = "end"  #: last point of the run
+
+    def __str__(self) -> str:
+        return self.value
+
+
+# An event function: `g(t, y)` or `g(t, y, p)`, with the optional attributes `terminal` and
+# `direction`.
+EventFunction = Callable[..., float]
+
+_KINDS = np.array(_core.event_kind_names())
+
+
+def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:
+    """Structured array of events from its columns."""
+    side: tuple[int, ...] = () if surfaces == 1 else (surfaces,)
+    dtype = np.dtype(
+        [
+            ("t", "f8"),
+            ("kind", _KINDS.dtype),
+            ("surface", "i4"),
+            ("mode_before", "i1", side),
+            ("mode_after", "i1", side),
+            ("x_left", "f8", (dim,)),
+            ("x_right", "f8", (dim,)),
+            ("s", "f8"),
+            ("period", "i8"),
+            ("t_local", "f8"),
+        ]
+    )
+    log = np.empty(len(columns["t"]), dtype)
+    for name in log.dtype.names or ():
+        column = columns[name]
+        if name == "kind":
+            log[name] = _KINDS[column]
+        elif name.startswith("mode") and surfaces == 1:
+            log[name] = column[:, 0]
+        else:
+            log[name] = column
+    return log
+
+
+def mode_changes(events: Record) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Find the events between which the mode stays the same, both ends included."""
+    changed = events["mode_before"] != events["mode_after"]
+    if changed.ndim > 1:
+        changed = changed.any(axis=1)
+    jumped = events["kind"] == EventKind.jump
+    changed[:1] = changed[-1:] = True
+    return np.flatnonzero(changed | jumped)
+
+
+@dataclass(frozen=True)
+class Watched:
+    """An event function as the core takes it."""
+
+    function: EventFunction
+    direction: int
+    stop_after: int
+    with_params: bool
+
+    def as_tuple(self) -> tuple[EventFunction, int, int, bool]:
+        """Argument of the core."""
+        return self.function, self.direction, self.stop_after, self.with_params
+
+
+def watch_all(events: EventFunction | Iterable[EventFunction] | None) -> list[Watched]:
+    """Check event functions: one, several, or none."""
+    if events is None:
+        return []
+    if callable(events):
+        return [_watch("events", events)]
+    try:
+        each = list(events)
+    except TypeError:
+        refuse("events", events, "expected a function g(t, y) or a list of them", TypeError)
+    most = _core.max_event_functions
+    if len(each) > most:
+        refuse("len(events)", len(each), f"expected at most {most} event functions")
+    return [_watch(f"events[{k}]", function) for k, function in enumerate(each)]
+
+
+def _watch(name: str, function: EventFunction) -> Watched:
+    if not callable(function):
+        refuse(name, function, "expected a function g(t, y) or g(t, y, p)", TypeError)
+    with_params = False
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # a builtin does not tell; it is called as g(t, y)
+        pass
+    else:
+        if not _takes(signature, 2):
+            if not _takes(signature, 3):
+                title = getattr(function, "__name__", type(function).__name__)
+                raise TypeError(
+                    f"{name} = {title}{signature}: expected a function g(t, y) or g(t, y, p)"
+                )
+            with_params = True
+    direction = getattr(function, "direction", 0)
+    try:
+        sign = int(np.sign(float(direction)))
+    except (TypeError, ValueError):
+        refuse(f"{name}.direction", direction, "expected a number: -1, 0 or +1")
+    terminal = getattr(function, "terminal", False)
+    if not isinstance(terminal, (bool, int, np.bool_, np.integer)) or int(terminal) < 0:
+        refuse(f"{name}.terminal", terminal, "expected a bool, or after how many events to stop")
+    return Watched(function, sign, int(terminal), with_params)
+
+
+def _takes(signature: inspect.Signature, count: int) -> bool:
+    try:
+        signature.bind(*range(count))
+    except TypeError:
+        return False
+    return True

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A whole run kept."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._check import refuse
+from ._event import EventKind, mode_changes
+from ._status import SUCCESS, Status
+from ._system import Params, System
+from ._types import FloatOrArray, Floats, Modes, Record
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+_T = TypeVar("_T", bound=np.generic)
+
+__all__ = ["Piece", "Settings", "Solution", "Stats", "Trajectory"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a run was told; the arguments of `simulate`, with one `atol` a component."""
+
+    method: str
+    rtol: float
+    atol: tuple[float, ...]
+    max_step: float
+    first_step: float | None
+    max_steps: int
+    max_events: int
+    on_nonunique: str
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a run did, counted."""
+
+    steps: int  #: accepted steps
+    rejected: int  #: rejected trial steps
+    field: int  #: evaluations of a one-sided field
+    root_searches: int  #: steps in which events were looked for
+    interpolants: int  #: interpolants built
+    landings: int  #: trial steps taken to land on events
+    events: int  #: events met
+
+
+class Piece(NamedTuple):
+    """A stretch of a trajectory in one mode."""
+
+    mode: Any  #: -1, +1 or 0 (sliding); for several surfaces a tuple
+    t: Floats  #: times, shape (k,), both ends included
+    y: Floats  #: states, shape (dim, k)
+
+
+class Solution:
+    """The solution at any time of a run.
+
+    `sol(t)` has shape (dim,) for a number and (dim, k) for an array. At an event it is the state
+    there, at the end of a step exactly the state of that step.
+    """
+
+    def __init__(self, core: _core.Solution, dim: int, surfaces: int) -> None:
+        self._core = core
+        self._dim = dim
+        self._surfaces = surfaces
+        self.ts: Floats = core.knots()  #: ends of the steps, the start first
+
+    @property
+    def t_min(self) -> float:
+        """Earliest time."""
+        return float(min(self.ts[0], self.ts[-1]))
+
+    @property
+    def t_max(self) -> float:
+        """Latest time."""
+        return float(max(self.ts[0], self.ts[-1]))
+
+    def __call__(self, t: ArrayLike) -> Floats:
+        """State at one time or several."""
+        times = self._times(t)
+        y = self._core.states(times.reshape(-1), self._dim)
+        return y[0] if times.ndim == 0 else y.T
+
+    def mode(self, t: ArrayLike) -> np.int8 | Modes:
+        """Mode at one time or several; at an event the mode before it."""
+        times = self._times(t)
+        return self._each_surface(times, self._core.modes(times.reshape(-1), self._surfaces))
+
+    def s(self, t: ArrayLike) -> FloatOrArray:
+        """Blend variable: the equivalent control in a slide, -1 or +1 off the surface."""
+        times = self._times(t)
+        return self._each_surface(times, self._core.blend(times.reshape(-1), self._surfaces))
+
+    def __repr__(self) -> str:
+        return f"<Solution on [{self.t_min:.9g}, {self.t_max:.9g}], {len(self.ts) - 1} steps>"
+
+    def _times(self, t: ArrayLike) -> Floats:
+        try:
+            times = np.asarray(t, dtype=np.float64)
+        except (TypeError, ValueError):
+            refuse("t", t, "expected a time or an array of times", TypeError)
+        if times.ndim > 1:
+            refuse("t", times, f"expected a number or shape (k,), got shape {times.shape}")
+        outside = ~((times >= self.t_min) & (times <= self.t_max))
+        if outside.any():
+            first = times[outside][0] if times.ndim else times[()]
+            refuse("t", first, f"expected a time in [{self.t_min!r}, {self.t_max!r}]")
+        return times
+
+    def _each_surface(self, times: Floats, values: NDArray[_T]) -> _T | NDArray[_T]:
+        each = values[:, 0] if self._surfaces == 1 else values.T
+        return each[..., 0][()] if times.ndim == 0 else each
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """Result of `simulate`; names as in scipy where scipy has one.
+
+    In `mode` and in the event log -1 is h < 0, +1 is h > 0 and 0 is sliding. `events` has one
+    record an event:
+
+    =========================  ====================================================================
+    `t`                        time
+    `kind`                     what happened, see `EventKind`; compare with a kind or its name
+    `surface`                  index of the surface, of the event function for `section`, else -1
+    `mode_before, mode_after`  modes; one value, or one a surface
+    `x_left, x_right`          state just before and just after
+    `s`                        equivalent control in contact with a surface, -1 or +1 off it
+    `period, t_local`          the time as period index and time since that period began
+    =========================  ====================================================================
+    """
+
+    t: Floats  #: times, shape (n_points,): ends of the steps, or `t_eval`
+    y: Floats  #: states there, shape (dim, n_points)
+    sol: Solution | None  #: solution at any time, if `dense_output`
+    t_events: tuple[Floats, ...] | None  #: times of each event function's zeros
+    y_events: tuple[Floats, ...] | None  #: states there, shape (n_zeros, dim) each
+    status: Status  #: how the run ended
+    message: str  #: the same in words, with time, state, mode and surface of a failure
+    events: Record  #: the event log, a structured array
+    mode: Modes  #: mode of the step that ends at each point, (n_points,) or (surfaces, n_points)
+    stats: Stats  #: what the run did, counted
+    system: System  #: what was simulated
+    params: Params  #: with these parameter values
+    settings: Settings  #: and these settings
+
+    @property
+    def success(self) -> bool:
+        """True if the run reached its end or a terminal event."""
+        return self.status in SUCCESS
+
+    @property
+    def nfev(self) -> int:
+        """Evaluations of a one-sided field."""
+        return self.stats.field
+
+    def s(self, t: ArrayLike) -> FloatOrArray:
+        """Blend variable at one time or several: for friction, the force over its maximum.
+
+        The equivalent control in a slide, -1 or +1 off the surface; at an event the value before
+        it. For several surfaces one row each.
+        """
+        return self._dense().s(t)
+
+    def segments(self, points_per_step: int = 1) -> Iterator[Piece]:
+        """Stretches between changes of mode, in order: `(mode, t, y)`.
+
+        Parameters
+        ----------
+        points_per_step : int
+            With dense output, how many points to give for each step of the integration; without
+            it, the stretches have the trajectory's own points and their two ends.
+        """
+        if points_per_step < 1:
+            refuse("points_per_step", points_per_step, "expected an integer > 0")
+        log = self.events
+        at = mode_changes(log)
+        forward = log["t"][-1] >= log["t"][0]
+        for a, b in itertools.pairwise(at):
+            first, last = log[a], log[b]
+            if first["t"] == last["t"]:
+                continue
+            times, states = self._points(first["t"], last["t"], forward, points_per_step)
+            mode = first["mode_after"]
+            yield Piece(
+                int(mode) if self.system.surfaces == 1 else tuple(int(v) for v in mode),
+                np.concatenate([[first["t"]], times, [last["t"]]]),
+                np.column_stack([first["x_right"], states, last["x_left"]]),
+            )
+
+    def _points(self, t0: float, t1: float, forward: bool, per_step: int) -> tuple[Floats, Floats]:
+        """Points strictly between two times."""
+        if self.sol is None:
+            t = self.t
+        else:
+            t = self.sol.ts
+            if per_step > 1 and t.size > 1:
+                parts = np.arange(per_step) / per_step
+                t = np.append((t[:-1, None] + np.diff(t)[:, None] * parts).ravel(), t[-1])
+        inside = (t > t0) & (t < t1) if forward else (t < t0) & (t > t1)
+        return t[inside], self.y[:, inside] if self.sol is None else self.sol(t[inside])
+
+    def event_table(self, last: int | None = None) -> str:
+        """Readable table of the events, of all or of the last few."""
+        log = self.events if last is None else self.events[max(len(self.events) - last, 0) :]
+        several = self.system.surfaces > 1
+        header = ["t", "event", "surface", "mode", *self.system.state, "s"]
+        rows = [header]
+        for event in log:
+            before, after = (np.atleast_1d(event[f"mode_{when}"]) for when in ("before", "after"))
+            changed = not np.array_equal(before, after)
+            words = [",".join(f"{v:+d}" if v else "0" for v in mode) for mode in (before, after)]
+            surface = int(event["surface"])
+            index = event["kind"] == EventKind.section or (several and surface >= 0)
+            rows.append(
+                [
+                    f"{event['t']:.9f}",
+                    str(event["kind"]),
+                    str(surface) if index else "",
+                    " -> ".join(words) if changed else words[1],
+                    *(f"{v:.9f}" for v in event["x_right"]),
+                    "" if np.isnan(event["s"]) else f"{event['s']:.6f}",
+                ]
+            )
+        if all(row[2] == "" for row in rows[1:]):
+            rows = [row[:2] + row[3:] for row in rows]
+        left = {"event", "mode"}
+        widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+        titles = rows[0]
+        return "\n".join(
+            "  ".join(
+                cell.ljust(width) if title in left else cell.rjust(width)
+                for cell, width, title in zip(row, widths, titles, strict=True)
+            ).rstrip()
+            for row in rows
+        )
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        x: str | None = None,
+        y: str | Sequence[str] | None = None,
+        **artist_kw: Any,
+    ) -> list[Artist]:
+        """Draw the trajectory, sliding apart from the rest.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        x, y : str, optional
+            What to draw against what: names of state components, "t" or "s"; `y` may be a list.
+            By default the phase portrait of a planar system, else all components against t.
+        **artist_kw
+            For the lines.
+
+        Returns
+        -------
+        list of artists
+            For each `y` a line for slip and one for sliding, without the empty ones.
+        """
+        from ._plot import plot_trajectory
+
+        return plot_trajectory(self, ax, x, y, artist_kw)
+
+    def plot_phase(
+        self,
+        ax: Axes | None = None,
+        *,
+        bounds: dict[str, tuple[float, float]] | None = None,
+        **artist_kw: Any,
+    ) -> list[Artist]:
+        """Draw the phase portrait of a planar system over its sliding region.
+
+        The region is drawn at several times of the period, each lightly, so that it is darker
+        where it lasts longer; its boundary is marked at each of these times. Without a period the
+        times are taken from the run; where nothing depends on time there is one.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        bounds : dict, optional
+            Where to look for the region, `{"y": (-6, 6), "v": (-3, 2)}`; by default around the
+            trajectory.
+        **artist_kw
+            For the trajectory's lines.
+
+        Returns
+        -------
+        list of artists
+            Of the region, of its boundary, then those of `plot`.
+        """
+        from ._plot import plot_phase
+
+        return plot_phase(self, ax, bounds, artist_kw)
+
+    def __repr__(self) -> str:
+        log = self.events
+        kinds = Counter(str(kind) for kind in log["kind"] if kind not in ("start", "end"))
+        events = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no events"
+        return (
+            f"<Trajectory of {self.system.name}, t = {log['t'][0]:.9g} to {log['t'][-1]:.9g}: "
+            f"{self.t.size} points, {self.stats.steps} steps; {events}; {self.status}>"
+        )
+
+    def _dense(self) -> Solution:
+        if self.sol is None:
+            raise ValueError("dense_output = False: expected a trajectory with dense output")
+        return self.sol
+
+    def _quantity(self, name: str, piece: Piece) -> FloatOrArray:
+        """Values of a state component, of "t" or of "s" along a piece."""
+        if name in self.system.state:
+            values: Floats = piece.y[self.system.state.index(name)]
+            return values
+        if name == "t":
+            return piece.t
+        if name == "s" and self.system.surfaces == 1:
+            if piece.mode != 0:
+                return np.full(piece.t.shape, float(piece.mode))
+            return np.asarray(
+                self.system.equivalent_control(piece.t, piece.y, self.params), dtype=np.float64
+            )
+        names = ", ".join(map(repr, (*self.system.state, "t", "s")))
+        return refuse("x or y", name, f"expected one of {names}")

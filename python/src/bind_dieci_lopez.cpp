@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "compiled_model.hpp"
+
+#include <filippov/models/dieci_lopez.hpp>
+
+namespace filippov::python {
+
+std::shared_ptr<const Model> dieci_lopez() { return bind_model<models::DieciLopez>("dieci_lopez"); }
+std::shared_ptr<const Model> dieci_lopez_2() {
+    return bind_model<models::DieciLopez2>("dieci_lopez_2");
+}
+
+} // namespace filippov::python

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bind.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+namespace filippov::python {
+
+namespace {
+
+using Doubles = Array<double>;
+using Clock = std::chrono::steady_clock;
+
+/// Asks Python for signals, at most every 50 ms.
+class SignalCheck {
+public:
+    bool operator()() {
+        const Clock::time_point now = Clock::now();
+        if (now - last_ < std::chrono::milliseconds(50))
+            return false;
+        last_ = now;
+        const py::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() == 0)
+            return false;
+        raised_.emplace();
+        return true;
+    }
+    /// The exception that a signal handler raised, None if none did.
+    py::object raised() const { return raised_ ? py::object(raised_->value()) : py::none(); }
+
+private:
+    Clock::time_point last_ = Clock::now();
+    std::optional<py::error_already_set> raised_;
+};
+
+/// A Python event function; with `params` it is called with them as a third argument.
+std::function<double(double, const double*)> watch(int index, py::function function, int dim,
+                                                   py::object params) {
+    return [=](double t, const double* x) {
+        py::array_t<double> y(dim, x);
+        const py::object result = params.is_none() ? function(t, y) : function(t, y, params);
+        const double value = PyFloat_AsDouble(result.ptr());
+        if (value == -1.0 && PyErr_Occurred() != nullptr) {
+            PyErr_Clear();
+            throw py::type_error("events[" + std::to_string(index) + "] returned " +
+                                 py::repr(result).cast<std::string>() + ": expected a number");
+        }
+        if (!std::isfinite(value))
+            throw py::value_error("events[" + std::to_string(index) + "] returned " +
+                                  std::to_string(value) + " at t = " + std::to_string(t) +
+                                  ": expected a finite number");
+        return value;
+    };
+}
+
+py::dict events_to_dict(EventColumns&& e, py::ssize_t dim, py::ssize_t surfaces) {
+    const auto n = py::ssize_t(e.t.size());
+    py::dict d;
+    d["t"] = as_array(std::move(e.t), {n});
+    d["period"] = as_array(std::move(e.period), {n});
+    d["t_local"] = as_array(std::move(e.t_local), {n});
+    d["kind"] = as_array(std::move(e.kind), {n});
+    d["surface"] = as_array(std::move(e.surface), {n});
+    d["mode_before"] = as_array(std::move(e.mode_before), {n, surfaces});
+    d["mode_after"] = as_array(std::move(e.mode_after), {n, surfaces});
+    d["x_left"] = as_array(std::move(e.x_left), {n, dim});
+    d["x_right"] = as_array(std::move(e.x_right), {n, dim});
+    d["s"] = as_array(std::move(e.s), {n});
+    return d;
+}
+
+py::dict counters_to_dict(const Counters& c) {
+    py::dict d;
+    d["steps"] = c.steps;
+    d["rejected"] = c.rejected;
+    d["field"] = c.field;
+    d["root_searches"] = c.root_searches;
+    d["interpolants"] = c.interpolants;
+    d["landings"] = c.landings;
+    d["events"] = c.events;
+    return d;
+}
+
+py::dict simulate(const Model& model, const Doubles& x0, double t0, double t_end, const Doubles& p,
+                  bool eighth_order, double rtol, const Doubles& atol, double max_step,
+                  double first_step, long long max_steps, long long max_events, int on_nonunique,
+                  bool dense, const std::optional<Doubles>& t_eval, const py::list& events,
+                  const py::object& params) {
+    const Facts& facts = model.facts();
+    expect(x0.size() == facts.dim && atol.size() == facts.dim, "x0 and atol have dim entries");
+    expect(std::size_t(p.size()) == facts.params.size(), "p has one entry a parameter");
+    expect(on_nonunique >= 0 && on_nonunique <= static_cast<int>(NonUnique::stay),
+           "on_nonunique is 0 to 3");
+    expect(events.size() <= std::size_t(max_watches), "too many event functions");
+    Task task;
+    task.x0 = copy(x0);
+    task.params = copy(p);
+    task.atol = copy(atol);
+    task.t0 = t0;
+    task.t_end = t_end;
+    task.rtol = rtol;
+    task.max_step = max_step;
+    task.first_step = first_step;
+    task.max_steps = max_steps;
+    task.max_events = max_events;
+    task.on_nonunique = static_cast<NonUnique>(on_nonunique);
+    task.eighth_order = eighth_order;
+    task.dense = dense;
+    if (t_eval)
+        task.t_eval = copy(*t_eval);
+    for (const py::handle& item : events) {
+        const auto [function, direction, stop_after, with_params] =
+            item.cast<std::tuple<py::function, int, long long, bool>>();
+        task.watches.push_back({watch(int(task.watches.size()), function, facts.dim,
+                                      with_params ? params : py::object(py::none())),
+                                direction, stop_after});
+    }
+    SignalCheck signals;
+    task.interrupted = [&signals] { return signals(); };
+
+    Run run;
+    {
+        // Event functions run all the time: giving the lock away between them would only cost.
+        std::optional<py::gil_scoped_release> unlocked;
+        if (task.watches.empty())
+            unlocked.emplace();
+        run = model.simulate(task);
+    }
+    const auto n = py::ssize_t(run.t.size());
+    py::dict d;
+    d["t"] = as_array(std::move(run.t), {n});
+    d["y"] = as_array(std::move(run.x), {n, facts.dim});
+    d["mode"] = as_array(std::move(run.mode), {n, facts.surfaces});
+    d["events"] = events_to_dict(std::move(run.events), facts.dim, facts.surfaces);
+    d["solution"] = std::const_pointer_cast<Solution>(run.solution);
+    d["counters"] = counters_to_dict(run.counters);
+    d["status"] = std::string(name(run.status));
+    d["message"] = run.message;
+    d["raised"] = signals.raised();
+    return d;
+}
+
+} // namespace
+
+void bind_trajectory(py::module_& m) {
+    py::class_<Solution, std::shared_ptr<Solution>>(m, "Solution")
+        .def("knots",
+             [](const Solution& s) {
+                 const std::span<const double> t = s.knots();
+                 return py::array_t<double>(py::ssize_t(t.size()), t.data());
+             })
+        .def("states",
+             [](const Solution& s, const Doubles& t, int dim) {
+                 std::vector<double> out(std::size_t(t.size() * dim));
+                 s.states(view(t), out);
+                 return as_array(std::move(out), {t.size(), dim});
+             })
+        .def("modes",
+             [](const Solution& s, const Doubles& t, int surfaces) {
+                 std::vector<signed char> out(std::size_t(t.size() * surfaces));
+                 s.modes(view(t), out);
+                 return as_array(std::move(out), {t.size(), surfaces});
+             })
+        .def("blend", [](const Solution& s, const Doubles& t, int surfaces) {
+            std::vector<double> out(std::size_t(t.size() * surfaces));
+            s.blend(view(t), out);
+            return as_array(std::move(out), {t.size(), surfaces});
+        });
+    m.def("simulate", &simulate);
+    m.attr("max_event_functions") = max_watches;
+}
+
+} // namespace filippov::python

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A C++ system behind the interface of model.hpp.
+#pragma once
+
+#include "model.hpp"
+
+#include <filippov/trajectory.hpp>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace filippov::python {
+
+/// The solution of a run as its dense pieces.
+template <class Sys> class DenseSolution final : public Solution {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    using X = Vec<double, N>;
+
+    Trajectory<Sys, double> trajectory;
+
+    DenseSolution(const Sys& sys, const Params<Sys, double>& p, const X& scale)
+        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale} {}
+
+    std::span<const double> knots() const override { return trajectory.t; }
+    void states(std::span<const double> times, std::span<double> out) const override {
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            const X x = state(times[k]);
+            std::copy_n(x.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+        }
+    }
+    void modes(std::span<const double> times, std::span<signed char> out) const override {
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            const Mode<M> mode = mode_at(times[k]);
+            std::copy_n(mode.side.data(), M, out.begin() + std::ptrdiff_t(k) * M);
+        }
+    }
+    void blend(std::span<const double> times, std::span<double> out) const override {
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            const double time = times[k];
+            const Mode<M> mode = mode_at(time);
+            const double T = period(trajectory.sys, trajectory.p);
+            for (int j = 0; j < M; ++j) {
+                double& s = out[k * std::size_t(M) + std::size_t(j)];
+                s = mode[j];
+                if (mode[j] != 0)
+                    continue;
+                const double local = Clock<double>::at(time, T).local;
+                s = sliding_margin(trajectory.sys, mode, local, state(time), trajectory.p).s;
+            }
+        }
+    }
+
+private:
+    X state(double time) const {
+        if (const auto k = knot(time))
+            return trajectory.x[*k];
+        return trajectory(time);
+    }
+    Mode<M> mode_at(double time) const {
+        if (trajectory.pieces.empty())
+            return trajectory.mode.front();
+        return trajectory.mode_at(time);
+    }
+    /// The knot at exactly this time, the first if there are several: the value from before.
+    std::optional<std::size_t> knot(double time) const {
+        const auto& t = trajectory.t;
+        const bool forward = t.back() >= t.front();
+        const auto before = [forward](double a, double b) { return forward ? a < b : a > b; };
+        const auto found = std::lower_bound(t.begin(), t.end(), time, before);
+        if (found == t.end() || *found != time)
+            return std::nullopt;
+        return std::size_t(found - t.begin());
+    }
+};
+
+/// Observer that keeps what the task asks for.
+template <class Sys> class Keeper {
+public:
+    static constexpr bool wants_steps = true;
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    using X = Vec<double, N>;
+
+    Keeper(const Sys& sys, const Params<Sys, double>& p, const Task& task, const X& scale)
+        : task_(task), scratch_(std::make_shared<DenseSolution<Sys>>(sys, p, scale)) {
+        if (task.dense)
+            solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
+    }
+
+    void on_event(const Event<double, N, M>& event) {
+        if (event.kind == EventKind::start)
+            start(event);
+        EventColumns& log = run_.events;
+        // The clock rounds when it turns absolute time into periods and back; the ends are given.
+        log.t.push_back(event.kind == EventKind::start ? task_.t0 : event.t);
+        log.t_local.push_back(event.t_local);
+        log.period.push_back(event.period);
+        log.kind.push_back(int(event.kind));
+        log.surface.push_back(event.surface);
+        log.s.push_back(event.s);
+        log.x_left.insert(log.x_left.end(), event.x_left.begin(), event.x_left.end());
+        log.x_right.insert(log.x_right.end(), event.x_right.begin(), event.x_right.end());
+        append(log.mode_before, event.mode_before);
+        append(log.mode_after, event.mode_after);
+    }
+
+    template <class Path> void on_step(const StepView<double, N, M>& step, Path& path) {
+        Clock<double> end = step.clock;
+        end.advance(step.dt);
+        const double t1 = end.absolute();
+        last_mode_ = step.mode;
+        if (!stepped_)
+            set_first_mode(step.mode);
+        const bool forward = task_.t_end >= task_.t0;
+        const bool wanted = next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1);
+        if (solution_ || wanted) {
+            DensePiece<double, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
+            for (auto& c : piece.polynomial.c)
+                c.setZero();
+            path.store(piece);
+            if (wanted)
+                keep_times(piece, t1, step.x1);
+            if (solution_) {
+                auto& kept = solution_->trajectory;
+                kept.t.push_back(t1);
+                kept.x.push_back(step.x1);
+                kept.mode.push_back(step.mode);
+                kept.pieces.push_back(piece);
+            }
+        }
+        if (!task_.t_eval)
+            keep(t1, step.x1, step.mode);
+    }
+
+    bool interrupted() { return task_.interrupted && task_.interrupted(); }
+
+    /// The run as a whole, its last point the point where it ended.
+    Run finish(const FlowResult<double, N, M>& result) {
+        run_.status = result.status;
+        run_.message = result.message();
+        run_.counters = result.counters;
+        if (result.status == Status::ok) {
+            run_.events.t.back() = task_.t_end;
+            if (solution_ && stepped_)
+                solution_->trajectory.t.back() = task_.t_end;
+            if (!task_.t_eval && stepped_)
+                run_.t.back() = task_.t_end;
+            while (next_time_) {
+                keep(*next_time_, result.x, last_mode_);
+                advance_times();
+            }
+        } else if (task_.t_eval && (run_.t.empty() || run_.t.back() != result.t)) {
+            keep(result.t, result.x, last_mode_);
+        }
+        run_.solution = solution_;
+        return std::move(run_);
+    }
+
+private:
+    static void append(std::vector<signed char>& column, const Mode<M>& mode) {
+        column.insert(column.end(), mode.side.begin(), mode.side.end());
+    }
+    void keep(double t, const X& x, const Mode<M>& mode) {
+        run_.t.push_back(t);
+        run_.x.insert(run_.x.end(), x.begin(), x.end());
+        append(run_.mode, mode);
+    }
+    void advance_times() {
+        ++n_times_;
+        next_time_.reset();
+        if (task_.t_eval && n_times_ < task_.t_eval->size())
+            next_time_ = (*task_.t_eval)[n_times_];
+    }
+    void start(const Event<double, N, M>& event) {
+        last_mode_ = event.mode_after;
+        if (solution_) {
+            auto& kept = solution_->trajectory;
+            kept.t.push_back(task_.t0);
+            kept.x.push_back(event.x_right);
+            kept.mode.push_back(event.mode_after);
+        }
+        if (!task_.t_eval)
+            keep(task_.t0, event.x_right, event.mode_after);
+        if (task_.t_eval && !task_.t_eval->empty())
+            next_time_ = task_.t_eval->front();
+        while (next_time_ && *next_time_ == task_.t0) {
+            keep(task_.t0, event.x_right, event.mode_after);
+            advance_times();
+        }
+    }
+    /// The first point has the mode of the first step.
+    void set_first_mode(const Mode<M>& mode) {
+        stepped_ = true;
+        for (std::size_t i = 0; i < run_.mode.size(); ++i)
+            run_.mode[i] = mode.side[i % std::size_t(M)];
+        if (solution_)
+            solution_->trajectory.mode.front() = mode;
+    }
+    void keep_times(const DensePiece<double, N, M>& piece, double t1, const X& x1) {
+        // One piece as a trajectory of its own: output times and `sol` are the same arithmetic.
+        auto& one = scratch_->trajectory;
+        one.t = {piece.clock.absolute(), t1};
+        one.pieces = {piece};
+        const bool forward = task_.t_end >= task_.t0;
+        while (next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1)) {
+            const double time = *next_time_;
+            keep(time, time == t1 ? x1 : one(within(time, one.t)), piece.mode);
+            advance_times();
+        }
+    }
+    static double within(double time, const std::vector<double>& ends) {
+        return std::clamp(time, std::min(ends[0], ends[1]), std::max(ends[0], ends[1]));
+    }
+
+    const Task& task_;
+    std::shared_ptr<DenseSolution<Sys>> solution_, scratch_;
+    std::optional<double> next_time_;
+    std::size_t n_times_ = 0;
+    Mode<M> last_mode_{};
+    bool stepped_ = false;
+    Run run_;
+};
+
+/// The task's event functions as the engine's sections.
+struct Watches {
+    static constexpr int capacity = max_watches;
+    std::span<const Watch> all;
+    mutable std::array<long long, capacity> hits{};
+
+    int size() const { return int(all.size()); }
+    template <class X, class P> double value(int q, double t, const X& x, const P&) const {
+        return all[std::size_t(q)].value(t, x.data());
+    }
+    int direction(int q) const { return all[std::size_t(q)].direction; }
+    /// The engine asks once for every occurrence it logs.
+    bool terminal(int q) const { return ++hits[std::size_t(q)] == all[std::size_t(q)].stop_after; }
+};
+
+template <class Sys> class CompiledModel final : public Model {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    using X = Vec<double, N>;
+    using P = Params<Sys, double>;
+
+    explicit CompiledModel(std::string name) {
+        facts_.name = std::move(name);
+        facts_.dim = N;
+        facts_.surfaces = M;
+        facts_.state.assign(Sys::state.begin(), Sys::state.end());
+        const P defaults = default_params<Sys>();
+        if constexpr (params_v<Sys> > 0)
+            facts_.params.assign(Sys::params.begin(), Sys::params.end());
+        facts_.defaults.assign(defaults.data(), defaults.data() + params_v<Sys>);
+        const auto found = [&](bool has, const char* what) {
+            if (has)
+                facts_.capabilities.emplace_back(what);
+        };
+        found(HasField<Sys, double>, "field");
+        found(HasGradH<Sys, double>, "grad_h");
+        found(HasHt<Sys, double>, "h_t");
+        found(HasEquivalentControl<Sys, double>, "equivalent_control");
+        found(HasSlidingFlow<Sys, double>, "sliding_flow");
+        found(HasPeriod<Sys, double>, "period");
+        found(HasSMax<Sys, double>, "s_max");
+    }
+
+    const Facts& facts() const override { return facts_; }
+    double period(std::span<const double> p) const override {
+        return filippov::period(sys_, params(p));
+    }
+    void h(std::span<const double> t, std::span<const double> x, std::span<const double> p,
+           std::span<double> out) const override {
+        const P q = params(p);
+        each(t, x, [&](std::size_t k, double time, const X& y) {
+            const Vec<double, M> value = switching(sys_, time, y, q);
+            std::copy_n(value.data(), M, out.begin() + std::ptrdiff_t(k) * M);
+        });
+    }
+    void field(std::span<const double> t, std::span<const double> x, std::span<const int> side,
+               std::span<const double> p, std::span<double> out) const override {
+        const P q = params(p);
+        const Mode<M> mode = mode_of(side);
+        each(t, x, [&](std::size_t k, double time, const X& y) {
+            const X f = mode_field(mode, time, y, q);
+            std::copy_n(f.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+        });
+    }
+    void jacobian(std::span<const double> t, std::span<const double> x, std::span<const int> side,
+                  std::span<const double> p, std::span<double> out) const override {
+        const P q = params(p);
+        const Mode<M> mode = mode_of(side);
+        each(t, x, [&](std::size_t k, double time, const X& y) {
+            const auto f = [&](const auto& tau, const auto& z, const auto& r) {
+                return mode_field(mode, tau, z, r);
+            };
+            const Mat<double, N, N> J = filippov::jacobian(f, time, y, q);
+            for (int r = 0; r < N; ++r)
+                for (int c = 0; c < N; ++c)
+                    out[k * std::size_t(N * N) + std::size_t(r * N + c)] = J(r, c);
+        });
+    }
+    void normal_components(std::span<const double> t, std::span<const double> x, int surface,
+                           std::span<const int> side, std::span<const double> p,
+                           std::span<double> out) const override {
+        const P q = params(p);
+        const Mode<M> mode = mode_of(side);
+        each(t, x, [&](std::size_t k, double time, const X& y) {
+            const Sides<Sys, double> b = both_sides(sys_, mode, surface, time, y, q);
+            out[2 * k] = b.l1;
+            out[2 * k + 1] = b.l2;
+        });
+    }
+    void project(std::span<const double> t, std::span<const double> x, int surface,
+                 std::span<const double> p, std::span<double> out) const override {
+        const P q = params(p);
+        each(t, x, [&](std::size_t k, double time, const X& y) {
+            const X z = filippov::project(sys_, surface, time, y, q, X(X::Ones()));
+            std::copy_n(z.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+        });
+    }
+
+    Run simulate(const Task& task) const override {
+        if (task.watches.empty())
+            return run(task, Sections<>{});
+        return run(task, Watches{task.watches, {}});
+    }
+
+private:
+    static P params(std::span<const double> p) {
+        P q;
+        std::copy_n(p.begin(), params_v<Sys>, q.data());
+        return q;
+    }
+    static Mode<M> mode_of(std::span<const int> side) {
+        Mode<M> mode;
+        for (int j = 0; j < M; ++j)
+            mode.set(j, side[std::size_t(j)]);
+        return mode;
+    }
+    template <class S>
+    State<Sys, S> mode_field(const Mode<M>& mode, const S& t, const State<Sys, S>& x,
+                             const Params<Sys, S>& p) const {
+        if (sliding_surface(mode) >= 0)
+            return sliding(sys_, mode, t, x, p).f;
+        return side_field(sys_, mode, t, x, p);
+    }
+    template <class Use>
+    static void each(std::span<const double> t, std::span<const double> x, Use use) {
+        for (std::size_t k = 0; k < x.size() / std::size_t(N); ++k) {
+            X y;
+            std::copy_n(x.begin() + std::ptrdiff_t(k) * N, N, y.data());
+            use(k, t.size() == 1 ? t[0] : t[k], y);
+        }
+    }
+    template <class Sec> Run run(const Task& task, const Sec& watched) const {
+        return task.eighth_order ? run<DormandPrince8>(task, watched)
+                                 : run<DormandPrince5>(task, watched);
+    }
+    template <class Tableau, class Sec> Run run(const Task& task, const Sec& watched) const {
+        X x0, atol, scale;
+        std::copy_n(task.x0.begin(), N, x0.data());
+        std::copy_n(task.atol.begin(), N, atol.data());
+        for (int i = 0; i < N; ++i)
+            scale[i] = std::max(atol[i] + task.rtol * std::abs(x0[i]),
+                                std::numeric_limits<double>::min() / epsilon<double>);
+        const P p = params(task.params);
+        Settings<double, N> settings;
+        settings.rtol = task.rtol;
+        settings.atol = atol;
+        settings.max_step = task.max_step;
+        settings.first_step = task.first_step;
+        settings.max_steps = task.max_steps;
+        settings.max_events = task.max_events;
+        settings.on_nonunique = task.on_nonunique;
+        Keeper<Sys> keeper(sys_, p, task, scale);
+        return keeper.finish(
+            flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, keeper, watched));
+    }
+
+    Sys sys_{};
+    Facts facts_;
+};
+
+template <class Sys> std::shared_ptr<const Model> bind_model(std::string name) {
+    return std::make_shared<const CompiledModel<Sys>>(std::move(name));
+}
+
+} // namespace filippov::python

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The private compiled module. Its typed face is the Python package around it.
+#include "bind.hpp"
+
+#include <filippov/version.hpp>
+
+namespace {
+
+#if defined(__clang__)
+constexpr const char* compiler = "clang " __clang_version__;
+#elif defined(__GNUC__)
+constexpr const char* compiler = "g++ " __VERSION__;
+#else
+constexpr const char* compiler = "unknown";
+#endif
+
+} // namespace
+
+PYBIND11_MODULE(_core, m) {
+    namespace fpy = filippov::python;
+    m.attr("__version__") = FILIPPOV_VERSION;
+    fpy::bind_status(m);
+    fpy::bind_system(m);
+    fpy::bind_trajectory(m);
+
+    pybind11::dict config;
+    config["compiler"] = compiler;
+    config["cxx"] = static_cast<long>(__cplusplus);
+    config["eigen"] = std::to_string(EIGEN_WORLD_VERSION) + "." +
+                      std::to_string(EIGEN_MAJOR_VERSION) + "." +
+                      std::to_string(EIGEN_MINOR_VERSION);
+#ifdef NDEBUG
+    config["assertions"] = false;
+#else
+    config["assertions"] = true;
+#endif
+#if defined(__AVX512F__)
+    config["simd"] = "avx512";
+#elif defined(__AVX2__)
+    config["simd"] = "avx2";
+#elif defined(__SSE2__)
+    config["simd"] = "sse2";
+#elif defined(__ARM_NEON)
+    config["simd"] = "neon";
+#else
+    config["simd"] = "none";
+#endif
+    m.attr("config") = config;
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The seam between Python and the engine: a system and a run without their types. Nothing here
+// knows pybind11, so that a model's translation unit compiles the engine and nothing else.
+#pragma once
+
+#include <filippov/mode.hpp>
+#include <filippov/segment.hpp>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filippov::python {
+
+/// What is known of a system without evaluating it.
+struct Facts {
+    std::string name;
+    std::vector<std::string> state;
+    std::vector<std::string> params;
+    std::vector<double> defaults;
+    std::vector<std::string> capabilities; ///< optional members that were found
+    int dim = 0;
+    int surfaces = 0;
+};
+
+/// A user's event function g(t, x).
+struct Watch {
+    std::function<double(double t, const double* x)> value;
+    int direction = 0;
+    long long stop_after = 0; ///< end the run at this occurrence; 0: never
+};
+
+/// How many event functions a run takes: the engine keeps its guards in fixed storage.
+inline constexpr int max_watches = 16;
+
+/// Everything a run is told.
+struct Task {
+    std::vector<double> x0;
+    std::vector<double> params;
+    std::vector<double> atol;
+    double t0 = 0;
+    double t_end = 0;
+    double rtol = 0;
+    double max_step = 0;
+    double first_step = 0;
+    long long max_steps = 0;
+    long long max_events = 0;
+    NonUnique on_nonunique = NonUnique::stop;
+    bool eighth_order = false;
+    bool dense = true;
+    std::optional<std::vector<double>> t_eval;
+    std::vector<Watch> watches;
+    std::function<bool()> interrupted;
+};
+
+/// A run's solution at any time in its span.
+class Solution {
+public:
+    Solution() = default;
+    Solution(const Solution&) = delete;
+    Solution& operator=(const Solution&) = delete;
+    virtual ~Solution() = default;
+
+    /// Ends of the steps, the start first.
+    virtual std::span<const double> knots() const = 0;
+    /// States, shape (times, dim); at a knot exactly the state there.
+    virtual void states(std::span<const double> times, std::span<double> out) const = 0;
+    /// Modes, shape (times, surfaces); at an event the mode before it.
+    virtual void modes(std::span<const double> times, std::span<signed char> out) const = 0;
+    /// Blend variables, shape (times, surfaces): the equivalent control where the mode slides, the
+    /// side's -1 or +1 elsewhere.
+    virtual void blend(std::span<const double> times, std::span<double> out) const = 0;
+};
+
+/// The event log, one column a field.
+struct EventColumns {
+    std::vector<double> t, t_local, s, x_left, x_right; ///< states: dim values an event
+    std::vector<long long> period;
+    std::vector<int> kind, surface;
+    std::vector<signed char> mode_before, mode_after; ///< surfaces values an event
+};
+
+/// Everything a run leaves behind.
+struct Run {
+    std::vector<double> t;
+    std::vector<double> x;         ///< dim values a point
+    std::vector<signed char> mode; ///< surfaces values a point
+    EventColumns events;
+    std::shared_ptr<const Solution> solution; ///< null without dense output
+    Counters counters;
+    Status status = Status::ok;
+    std::string message;
+};
+
+/// A system whose type is forgotten. A compiled model is one kind; whatever else can be evaluated
+/// and run is another.
+///
+/// Arrays of states are row by row, shape (k, dim); `t` has one entry or k. `side` has one entry a
+/// surface: -1, +1, or 0 for sliding, which at most one may be.
+class Model {
+public:
+    Model() = default;
+    Model(const Model&) = delete;
+    Model& operator=(const Model&) = delete;
+    virtual ~Model() = default;
+
+    virtual const Facts& facts() const = 0;
+    /// Period of the forcing, 0 if there is none.
+    virtual double period(std::span<const double> p) const = 0;
+    /// Switching functions, shape (k, surfaces).
+    virtual void h(std::span<const double> t, std::span<const double> x, std::span<const double> p,
+                   std::span<double> out) const = 0;
+    /// The field of a mode, shape (k, dim).
+    virtual void field(std::span<const double> t, std::span<const double> x,
+                       std::span<const int> side, std::span<const double> p,
+                       std::span<double> out) const = 0;
+    /// Its Jacobian, shape (k, dim, dim).
+    virtual void jacobian(std::span<const double> t, std::span<const double> x,
+                          std::span<const int> side, std::span<const double> p,
+                          std::span<double> out) const = 0;
+    /// Normal components L1, L2 at `surface`, the other surfaces as in `side`; shape (k, 2).
+    virtual void normal_components(std::span<const double> t, std::span<const double> x,
+                                   int surface, std::span<const int> side,
+                                   std::span<const double> p, std::span<double> out) const = 0;
+    /// Puts points on h = 0 of `surface` by Newton along grad h; shape (k, dim).
+    virtual void project(std::span<const double> t, std::span<const double> x, int surface,
+                         std::span<const double> p, std::span<double> out) const = 0;
+    /// Follows the solution. Exceptions of watches and of `interrupted` pass through.
+    virtual Run simulate(const Task& task) const = 0;
+};
+
+// The compiled models, one translation unit a header.
+std::shared_ptr<const Model> oscillator();
+std::shared_ptr<const Model> coulomb();
+std::shared_ptr<const Model> stiction();
+std::shared_ptr<const Model> varying_belt();
+std::shared_ptr<const Model> dieci_lopez();
+std::shared_ptr<const Model> dieci_lopez_2();
+std::shared_ptr<const Model> relay();
+std::shared_ptr<const Model> stiff_relay();
+std::shared_ptr<const Model> unit_circle();
+std::shared_ptr<const Model> quartet();
+
+} // namespace filippov::python

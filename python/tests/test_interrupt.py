@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ctrl-C stops the compiled loop, threads go on beside it."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import filippov as fp
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+
+PROGRAM = """
+import sys, time
+import filippov as fp
+print("ready", flush=True)
+try:
+    fp.simulate(fp.models.{model}, {x0}, (0, 1e9), t_eval=[0.0], dense_output=False,
+                max_steps=10**15, max_events=10**12 // 10**6, method="{method}", events={events})
+except KeyboardInterrupt as stop:
+    run = stop.trajectory
+    assert run.status == "interrupted", run.status
+    assert run.t[-1] > 0 and run.events["t"][-1] == run.t[-1]
+    print("stopped", flush=True)
+    sys.exit(7)
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "x0", "method", "events"),
+    [
+        ("varying_belt", [3, 0], "dopri5", None),
+        ("varying_belt", [3, 0], "dop853", None),
+        ("stiction", [0, 0], "dopri5", None),  # rests for ever, in closed form
+    ],
+)
+def test_ctrl_c_stops_within_a_second_and_keeps_the_run(model, x0, method, events):
+    if model == "stiction":
+        model += ".with_params(V=0, A=0.1)"
+    code = PROGRAM.format(model=model, x0=x0, method=method, events=events)
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as child:
+        assert child.stdout.readline() == "ready\n"
+        time.sleep(0.3)
+        if child.poll() is not None:
+            pytest.fail(child.stderr.read())
+        sent = time.perf_counter()
+        child.send_signal(signal.SIGINT)
+        assert child.stdout.readline() == "stopped\n", child.stderr.read()
+        assert time.perf_counter() - sent < 1.0
+        assert child.wait(timeout=10) == 7
+
+
+def test_ctrl_c_in_an_event_function_passes_through():
+    code = """
+import sys
+import filippov as fp
+print("ready", flush=True)
+try:
+    fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
+                max_steps=10**15, events=lambda t, y: 1.0)
+except KeyboardInterrupt:
+    sys.exit(7)
+"""
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout.readline() == "ready\n"
+        time.sleep(0.3)
+        sent = time.perf_counter()
+        child.send_signal(signal.SIGINT)
+        assert child.wait(timeout=10) == 7
+        assert time.perf_counter() - sent < 1.0
+
+
+def test_whatever_a_signal_handler_raises_comes_out():
+    class Alarm(Exception):
+        pass
+
+    def handler(signum, frame):
+        raise Alarm
+
+    previous = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        begun = time.perf_counter()
+        with pytest.raises(Alarm) as caught:
+            fp.simulate(
+                fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
+                max_steps=10**15,
+            )  # fmt: skip
+        assert time.perf_counter() - begun < 1.2
+        assert caught.value.trajectory.status == "interrupted"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+
+
+def test_other_threads_run_meanwhile():
+    done = threading.Event()
+
+    def work():
+        fp.simulate(
+            fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
+            max_steps=1_000_000,
+        )  # fmt: skip
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    ticks = 0
+    while not done.wait(0.002):
+        ticks += 1
+    thread.join()
+    # a million steps take a tenth of a second at least; holding the lock would allow a tick or two
+    assert ticks > 10
+
+
+def test_threads_get_the_same_answer():
+    results = {}
+
+    def work(k):
+        results[k] = fp.simulate(fp.models.oscillator, [0, 0], (0, 200)).y[:, -1].tolist()
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len({tuple(y) for y in results.values()}) == 1

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+import filippov as fp
+
+
+def test_everything_announced_is_there():
+    for name in fp.__all__:
+        assert getattr(fp, name) is not None
+    assert sorted(fp.__all__) == list(fp.__all__)
+
+
+def test_the_version_is_that_of_the_headers():
+    header = Path(fp.get_include()) / "filippov" / "version.hpp"
+    (version,) = re.findall(r'#define FILIPPOV_VERSION "([^"]+)"', header.read_text())
+    assert fp.__version__ == version
+
+
+def test_the_headers_are_all_there():
+    folder = Path(fp.get_include()) / "filippov"
+    assert (folder / "filippov.hpp").is_file()
+    assert (folder / "models" / "oscillator.hpp").is_file()
+
+
+def test_show_config_prints_or_returns(capsys):
+    assert fp.show_config() is None
+    shown = capsys.readouterr().out
+    config = fp.show_config("dicts")
+    for name, value in config.items():
+        assert name in shown
+        assert value in shown
+    assert config["filippov"] == fp.__version__
+    # one wheel for every processor of its kind
+    assert config["instruction set"] in ("sse2", "neon", "none")
+    assert config["assertions"] == "off"
+    with pytest.raises(ValueError, match="expected 'stdout' or 'dicts'"):
+        fp.show_config("yaml")
+
+
+def test_the_example_in_the_docstring_runs():
+    assert doctest.testmod(fp).failed == 0
+
+
+def test_the_package_says_that_it_is_typed():
+    assert (Path(fp.__file__).parent / "py.typed").is_file()

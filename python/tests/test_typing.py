@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The types that users see, and the stub against the core."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("mypy")
+
+PROGRAM = """
+import numpy as np
+from numpy.typing import NDArray
+
+import filippov as fp
+
+
+def g(t: float, y: NDArray[np.float64]) -> float:
+    return float(y[0])
+
+
+run: fp.Trajectory = fp.simulate(fp.models.oscillator, [0.0, 0.0], (0.0, 1.0), events=[g])
+y: NDArray[np.float64] = run.y
+ok: bool = run.success
+status: fp.Status = run.status
+period: float | None = fp.models.oscillator.with_params(A=5.0).period()
+for piece in run.segments():
+    t: NDArray[np.float64] = piece.t
+region = fp.sliding_region(fp.models.oscillator, bounds={"y": (-1.0, 1.0), "v": (0.0, 2.0)})
+ends: NDArray[np.float64] = region.boundary
+wrong: int = run.message  # type: ignore[assignment]
+"""
+
+
+def run(*command, cwd):
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=cwd, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_users_program_is_checked_strictly(tmp_path):
+    (tmp_path / "program.py").write_text(PROGRAM)
+    # a type that was Any would make the ignored mistake no mistake, and the ignore an error
+    run("mypy", "--strict", "program.py", cwd=tmp_path)
+
+
+def test_the_stub_is_that_of_the_core(tmp_path):
+    run("mypy.stubtest", "filippov._core", "--ignore-positional-only", cwd=tmp_path)

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The home problem: 200 periods of the dry friction oscillator against a reference in quadruple precision.
+#include "run.hpp"
+
+#include "../bench/rivals/reference_oscillator.hpp"
+
+#include <filippov/models/oscillator.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+using namespace filippov;
+
+namespace {
+
+struct Home {
+    double error;  ///< of the final state, maximum norm
+    std::size_t events;
+    Status status;
+};
+
+template <class Tableau>
+Home home(double tol) {
+    const auto& reference = rivals::reference_home;
+    auto p = default_params<models::Oscillator>();
+    p[0] = reference.A;
+    p[1] = reference.omega;
+    const double t_end = reference.n_periods * (2 * std::numbers::pi / reference.omega);
+    const auto r = run<Tableau>(models::Oscillator{}, p, Vec<double, 2>(0, 0), 0, t_end, tolerance<2>(tol));
+    const double y = static_cast<double>(std::abs(r.result.x[0] - reference.y)), v = static_cast<double>(std::abs(r.result.x[1] - reference.v));
+    return {std::max(y, v), r.events.size(), r.result.status};
+}
+
+/// Final-state errors that a hand-written loop reaches with the same pair of formulas at 1e-6, 1e-9, 1e-12.
+template <class Tableau>
+constexpr std::array<double, 3> by_hand;
+template <>
+constexpr std::array<double, 3> by_hand<DormandPrince5>{1.6e-5, 7.9e-9, 5.4e-12};
+template <>
+constexpr std::array<double, 3> by_hand<DormandPrince8>{7.5e-7, 7.7e-10, 7.6e-13};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("accuracy: 200 periods end within twice the error of loops written by hand", "[accuracy]", DormandPrince5, DormandPrince8) {
+    const double tolerances[] = {1e-6, 1e-9, 1e-12};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Home h = home<TestType>(tolerances[i]);
+        CAPTURE(tolerances[i], h.error / by_hand<TestType>[i]);
+        CHECK(h.status == Status::ok);
+        CHECK(h.events == 102);  // 100 and the two ends
+        CHECK(h.error <= 2 * by_hand<TestType>[i]);
+    }
+}
+
+TEMPLATE_TEST_CASE("accuracy: the error follows the tolerance, with a slope of one", "[accuracy]", DormandPrince5, DormandPrince8) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    std::string table;
+    for (int k = 8; k <= 24; ++k) {
+        const double tol = std::pow(10.0, -k / 2.0);
+        const Home h = home<TestType>(tol);
+        REQUIRE(h.status == Status::ok);
+        REQUIRE(h.events == 102);
+        const double x = std::log(tol), y = std::log(h.error);
+        n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+        char line[60];
+        std::snprintf(line, sizeof line, "%.1e: %.2e\n", tol, h.error);
+        table += line;
+    }
+    const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+    INFO(table << "slope " << slope);
+    CHECK(slope >= 0.85);
+    CHECK(slope <= 1.15);
+}
