@@ -231,7 +231,7 @@ TEMPLATE_TEST_CASE("H39: spans from one ulp to huge, at any time, end where they
     const Span spans[] = {{0, 1e-300, 0, ""},     {0, 5e-324, 0, ""},       {1, eps, 0, ""},
                           {1e9, 1, 0, "cross"},   {1e15, 4, 0, "cross"},    {-1e9, 1, 0, "cross"},
                           {0, 1e12, 0, "cross"},  {0, 1e300, 0, "cross"},   {-1e15, 2e15, 0, "cross"},
-                          {1e9, 1e-7, 0, ""},     {0, 1e-12, 0.5 - 5e-13, "cross"}};
+                          {1e9, 1e-7, 0, ""},     {0, 1e-10, 0.5 - 5e-11, "cross"}};
     for (const auto& s : spans) {
         CAPTURE(s.t0, s.length, s.start);
         const double t_end = s.t0 + s.length;
@@ -368,8 +368,9 @@ TEMPLATE_TEST_CASE("H40: every start of a grid over the oscillator's plane ends,
             }
         }
     CAPTURE(worst[0], worst[1], worst[2], n_other_word[0], n_other_word[1], n_other_word[2]);
-    for (int k = 0; k < 3; ++k) CHECK(worst[k] < 1000);
-    CHECK(n_other_word[0] < 40);
-    CHECK(n_other_word[1] < 4);
+    for (int k = 0; k < 3; ++k) CHECK(worst[k] < 10);  // no growth worth mentioning in one period; event times within 1000 of these
+    // where a visit is shorter than the tolerance the words may differ
+    CHECK(n_other_word[0] < 20);
+    CHECK(n_other_word[1] < 3);
     CHECK(n_other_word[2] < 2);
 }

@@ -97,3 +97,14 @@ TEMPLATE_TEST_CASE("scalars: the oscillator keeps 200 periods to the floor of ea
     CHECK(worst_t < 100);   // ten events up to t = 38: five bits fewer than those of a length of 1
     CHECK(worst_x < 1000);  // the orbit takes errors of 50 slips with it: some ten roundings each
 }
+
+TEST_CASE("scalars: float sees the oscillator's events and no others at any tolerance", "[scalars]") {
+    Vec<float, 10> p = default_params<models::Oscillator, float>();
+    for (const float tol : {1e-3f, 1e-4f, 1e-5f, 1e-6f}) {
+        CAPTURE(tol);
+        const auto r = run<DormandPrince5>(models::Oscillator{}, p, Vec<float, 2>(0, 0), 0, 40, tolerance<2, float>(tol));
+        std::string kinds;
+        for (const auto& e : r.events) kinds += e.kind == enter_sliding ? 's' : e.kind == exit_sliding ? '1' : e.kind == start || e.kind == end ? '|' : '?';
+        CHECK(kinds == "|" + std::string(rivals::reference_home.kinds) + "|");
+    }
+}

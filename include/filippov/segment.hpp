@@ -126,7 +126,9 @@ public:
         const S value = raw_guard(guard, clock_.local, x_);
         sense_[idx(guard)] = S(detail::sign(value));
         start_[idx(guard)] = abs_(value);
-        if (abs_(value) <= touch_band(guard, true)) {
+        const bool off_surface = guard < Guard<M>::first_section && mode_[guard / 3] != 0;
+        const S band = off_surface ? start_band(sys_, guard / 3, clock_.local, x_, p_, X(settings_.atol)) : touch_band(guard, true);
+        if (abs_(value) <= band) {
             sense_[idx(guard)] = S(0);
             start_root(guard, 1);
         }

@@ -46,4 +46,7 @@ def test_a_users_program_is_checked_strictly(tmp_path):
 
 
 def test_the_stub_is_that_of_the_core(tmp_path):
-    run("mypy.stubtest", "filippov._core", "--ignore-positional-only", cwd=tmp_path)
+    # a bound class has a metaclass and an __init__ that no stub can name
+    allowed = tmp_path / "allowed.txt"
+    allowed.write_text("".join(f"filippov._core.{c}(.__init__)?\n" for c in ("Model", "Solution")))
+    run("mypy.stubtest", "filippov._core", "--allowlist", str(allowed), cwd=tmp_path)
