@@ -2,7 +2,9 @@
 // The only macros of the library (besides the version).
 #pragma once
 
-#if defined(__GNUC__) || defined(__clang__)
+// Without optimisation forced inlining only makes code larger, and with sanitizers very much larger:
+// such builds define FILIPPOV_NO_FORCED_INLINING.
+#if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__) && !defined(FILIPPOV_NO_FORCED_INLINING)
 /// The step loop is written as many short functions; the ones inside a stage must not become calls.
 #define FILIPPOV_INLINE [[gnu::always_inline]] inline
 #define FILIPPOV_LAMBDA_INLINE __attribute__((always_inline))
