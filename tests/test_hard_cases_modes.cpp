@@ -345,6 +345,28 @@ TEMPLATE_TEST_CASE("H13: an oscillating s touches its boundary once a period, ea
     for (std::size_t k = 0; k < touches.size(); ++k) CHECK(touches[k] == Approx(0.5 + double(k)).epsilon(0).margin(1e-7));
 }
 
+TEMPLATE_TEST_CASE("H13: however fast s swings against the steps of a constant field, no exit is missed", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    // L1 = a + cos 2 pi x < 0 around x = 0.5, 1.5, ...: one exit a unit of time, where cos 2 pi x = -a
+    for (int k = 0; k < 200; ++k) {
+        const double a = 0.6 + 0.3 * k / 200, x0 = 0.3 * k / 200 - 0.3;
+        const Plane sys = strip(
+            [a](const auto& x) {
+                using std::cos;
+                return a + cos(2 * pi * x);
+            },
+            down);
+        const auto r = go<TestType>(sys, V2(x0, 0), 0, 6.2, bounded<2>(1e-9));
+        CAPTURE(a, x0);
+        REQUIRE(r.result.status == Status::ok);
+        std::vector<double> exits;
+        for (double t = std::acos(-a) / (2 * pi) - x0; t < 6.2; t += 1) exits.push_back(t);
+        const auto found = r.times(exit_sliding);
+        REQUIRE(found.size() == exits.size());
+        for (std::size_t i = 0; i < exits.size(); ++i) REQUIRE(found[i] == Approx(exits[i]).epsilon(0).margin(1e-12));
+    }
+}
+
 TEMPLATE_TEST_CASE("H16: a normal component of rounding size at contact is decided by a rule", "[hard]", DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     // contact at x = d, where L1 = +-d: from 1e-18 to 1e-12, from above and from below
