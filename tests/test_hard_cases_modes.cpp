@@ -415,7 +415,7 @@ TEMPLATE_TEST_CASE("H32: a slip is kept if its ends differ", "[hard]", DormandPr
         CAPTURE(d, word(r));
         REQUIRE(r.result.status == Status::ok);
         REQUIRE((word(r) == "cross enter_sliding" || word(r) == "enter_sliding"));
-        if (d >= 1e-7) REQUIRE(word(r) == "cross enter_sliding");
+        if (d >= 1e-6) REQUIRE(word(r) == "cross enter_sliding");  // below, its depth d^2/2 is rounding of h
     }
 }
 

@@ -111,8 +111,8 @@ constexpr double floor_double = 1e-13;
 TEMPLATE_TEST_CASE("order: P1, crossings and a stop keep the order of the method", "[order]", DormandPrince5, DormandPrince8) {
     // Half circles around +-mu, the first one cut; then rest where |x| <= mu. Exact.
     const auto solve = [](const Vec<double, 2>& x0) {
-        const long double mu = 0.4, t_end = 14, pi = std::numbers::pi_v<long double>;
-        long double x = x0[0], v = x0[1], t = 0;
+        const long double mu = static_cast<long double>(models::Coulomb::defaults[0]), t_end = 14, pi = std::numbers::pi_v<long double>;
+        long double x = static_cast<long double>(x0[0]), v = static_cast<long double>(x0[1]), t = 0;
         Reference<double> r;
         for (;;) {
             const long double side = v > 0 || (v == 0 && x < 0) ? 1 : -1, centre = -side * mu;
@@ -141,7 +141,7 @@ TEMPLATE_TEST_CASE("order: P1, crossings and a stop keep the order of the method
 TEMPLATE_TEST_CASE("order: P2, a crossing of a curved surface keeps the order of the method", "[order]", DormandPrince5, DormandPrince8) {
     // r = r0 e^t on both sides, the angle turns back at r = 1; exact, one crossing.
     const auto solve = [](const Vec<double, 2>& x0) {
-        const long double w = models::UnitCircle::defaults[0], t_end = std::numbers::pi_v<long double> / 2;
+        const long double w = static_cast<long double>(models::UnitCircle::defaults[0]), t_end = std::numbers::pi_v<long double> / 2;
         const long double radius = std::hypot(static_cast<long double>(x0[0]), static_cast<long double>(x0[1])), t = -std::log(radius);
         const long double angle = std::atan2(static_cast<long double>(x0[1]), static_cast<long double>(x0[0])) - w * t + w * (t_end - t);
         const long double end = radius * std::exp(t_end);

@@ -191,8 +191,8 @@ TEMPLATE_TEST_CASE("problems: P6, the relay starts sliding and leaves and enters
         CHECK(r.events[i + 1].kind == table[i].kind);
         CHECK(r.events[i + 1].t == Approx(table[i].t).epsilon(0).margin(5.1e-10));  // nine printed digits
     }
-    const LinearRelay oracle{0.05, 25, 1, {1, -2, 1}};
-    const auto changes = oracle.changes({0, -0.001, -0.02}, 6);
+    const LinearRelay oracle{static_cast<long double>(0.05), 25, 1, {1, -2, 1}};
+    const auto changes = oracle.changes({0, static_cast<long double>(-0.001), static_cast<long double>(-0.02)}, 6);
     REQUIRE(r.events.size() == changes.size() + 2);
     for (std::size_t i = 0; i < changes.size(); ++i) {
         CHECK(r.events[i + 1].mode_after[0] == changes[i].mode);

@@ -626,7 +626,12 @@ private:
         }
         X operator()(const S& theta) {
             if (!built) {
+                // Its stages lie inside the step: what they probe is not the end of it.
+                const auto end = seg.end_value_, low = seg.low_, high = seg.high_;
                 polynomial = seg.rk_.interpolant(rhs, seg.clock_.local, seg.x_, dt, x1);
+                seg.end_value_ = end;
+                seg.low_ = low;
+                seg.high_ = high;
                 seg.counters_.field += Tableau::extra_stages;
                 ++seg.counters_.interpolants;
                 built = true;
