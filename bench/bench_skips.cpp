@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What does each skip save? Every row is the same run with one thing done that the scene does not need.
+// What does each skip save? Every row is the same run with one thing done that the scene does not
+// need.
 
 #include "measure.hpp"
 
@@ -35,9 +36,15 @@ struct Bare {
     static constexpr int dim = 2;
     static constexpr auto params = Sys::params;
     static constexpr auto defaults = Sys::defaults;
-    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.f1(t, x, p); }
-    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.f2(t, x, p); }
-    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const { return Sys{}.h(t, x, p); }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const {
+        return Sys{}.f1(t, x, p);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const {
+        return Sys{}.f2(t, x, p);
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const {
+        return Sys{}.h(t, x, p);
+    }
     template <Scalar S> S period(const Vec<S, 10>& p) const { return Sys{}.period(p); }
 };
 
@@ -46,8 +53,7 @@ struct Case {
     std::function<Vec<double, 2>()> run;
 };
 
-template <class Tableau>
-std::vector<Case> cases(double tolerance) {
+template <class Tableau> std::vector<Case> cases(double tolerance) {
     static const Sys sys;
     static const auto p = default_params<Sys>();
     const double t_end = 200 * sys.period(p);
@@ -66,7 +72,8 @@ std::vector<Case> cases(double tolerance) {
             {"+ event log", with(EventLog<double, 2, 1>{}, plain)},
             {"+ a look at every step", with(StepsSeen{}, plain)},
             {"+ an interpolant in every step", with(MiddleOfEveryStep{}, plain)},
-            {"+ everything stored, dense", [=] { return simulate<Tableau>(sys, p, x0, 0.0, t_end, plain).result.x; }},
+            {"+ everything stored, dense",
+             [=] { return simulate<Tableau>(sys, p, x0, 0.0, t_end, plain).result.x; }},
             {"+ a root search in every step", with(Nothing{}, always)},
             {"+ slides integrated", with(Nothing{}, integrated)},
             {"+ no closed forms, no gradient given", [=] {
@@ -91,7 +98,8 @@ bool measure(const char* method, const bench::Options& options, nlohmann::json& 
     std::printf("%s, tolerance %.0e\n", method, tolerance);
     for (std::size_t i = 0; i < all.size(); ++i) {
         std::printf("  %-38s %8.3f ms   x %.2f\n", all[i].what, ms[i], ms[i] / ms[0]);
-        results.push_back({{"method", method}, {"what", all[i].what}, {"ms", ms[i]}, {"ratio", ms[i] / ms[0]}});
+        results.push_back(
+            {{"method", method}, {"what", all[i].what}, {"ms", ms[i]}, {"ratio", ms[i] / ms[0]}});
     }
     return right;
 }
@@ -104,6 +112,7 @@ int main(int argc, char** argv) {
     const bool right5 = measure<DormandPrince5>("dopri5", options, results);
     const bool right8 = measure<DormandPrince8>("dop853", options, results);
     bench::write_json(options, results);
-    if (!right5 || !right8) std::printf("a run is wrong: the cases do not agree\n");
+    if (!right5 || !right8)
+        std::printf("a run is wrong: the cases do not agree\n");
     return right5 && right8 ? 0 : 1;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of hard cases share: systems written where they are used, and runs that cannot hang.
+// What the tests of hard cases share: systems written where they are used, and runs that cannot
+// hang.
 #pragma once
 
 #include "run.hpp"
@@ -12,15 +13,14 @@
 
 /// A system made of generic functions of (t, x), all of one type: a file compiles the engine once a
 /// dimension and method, however many systems it tries.
-template <int N>
-class AnySystem {
+template <int N> class AnySystem {
     template <class S>
     using Field = std::function<filippov::Vec<S, N>(const S&, const filippov::Vec<S, N>&)>;
-    template <class S>
-    using Switch = std::function<S(const S&, const filippov::Vec<S, N>&)>;
+    template <class S> using Switch = std::function<S(const S&, const filippov::Vec<S, N>&)>;
     template <template <class> class F>
-    using EachScalar = std::tuple<F<double>, F<filippov::Taylor<double, 1>>, F<filippov::Taylor<double, 2>>,
-                                  F<filippov::Taylor<double, 3>>, F<filippov::Taylor<filippov::Taylor<double, 1>, 1>>>;
+    using EachScalar = std::tuple<F<double>, F<filippov::Taylor<double, 1>>,
+                                  F<filippov::Taylor<double, 2>>, F<filippov::Taylor<double, 3>>,
+                                  F<filippov::Taylor<filippov::Taylor<double, 1>, 1>>>;
 
     EachScalar<Field> f1_, f2_;
     EachScalar<Switch> h_;
@@ -29,14 +29,17 @@ public:
     static constexpr int dim = N;
 
     template <class F1, class F2, class H>
-    AnySystem(F1 f1, F2 f2, H h) : f1_{f1, f1, f1, f1, f1}, f2_{f2, f2, f2, f2, f2}, h_{h, h, h, h, h} {}
+    AnySystem(F1 f1, F2 f2, H h)
+        : f1_{f1, f1, f1, f1, f1}, f2_{f2, f2, f2, f2, f2}, h_{h, h, h, h, h} {}
 
     template <filippov::Scalar S>
-    filippov::Vec<S, N> f1(const S& t, const filippov::Vec<S, N>& x, const filippov::Vec<S, 0>&) const {
+    filippov::Vec<S, N> f1(const S& t, const filippov::Vec<S, N>& x,
+                           const filippov::Vec<S, 0>&) const {
         return std::get<Field<S>>(f1_)(t, x);
     }
     template <filippov::Scalar S>
-    filippov::Vec<S, N> f2(const S& t, const filippov::Vec<S, N>& x, const filippov::Vec<S, 0>&) const {
+    filippov::Vec<S, N> f2(const S& t, const filippov::Vec<S, N>& x,
+                           const filippov::Vec<S, 0>&) const {
         return std::get<Field<S>>(f2_)(t, x);
     }
     template <filippov::Scalar S>
@@ -49,8 +52,7 @@ using Line = AnySystem<1>;
 using Plane = AnySystem<2>;
 
 /// The value of these components, as the same kind of vector as x.
-template <class X, class... C>
-X like(const X&, const C&... component) {
+template <class X, class... C> X like(const X&, const C&... component) {
     using S = typename X::Scalar;
     X v;
     int i = 0;
@@ -60,7 +62,8 @@ X like(const X&, const C&... component) {
 
 /// Settings with rtol = atol and a bound on everything: a case that would go round for ever fails.
 template <int N, class S = double>
-filippov::Settings<S, N> bounded(S each, long long max_steps = 100'000, long long max_events = 2'000) {
+filippov::Settings<S, N> bounded(S each, long long max_steps = 100'000,
+                                 long long max_events = 2'000) {
     filippov::Settings<S, N> settings;
     settings.rtol = each;
     settings.atol = filippov::AbsoluteTolerance<S, N>(each);
@@ -74,40 +77,47 @@ constexpr bool changes_mode(filippov::EventKind kind) {
            kind == filippov::EventKind::exit_sliding;
 }
 
-/// What every log obeys: it starts and ends, time does not turn back, modes follow on each other, no
-/// two changes of mode at one time, every state is finite.
-template <class R>
-std::string faults(const R& r, int direction = 1) {
+/// What every log obeys: it starts and ends, time does not turn back, modes follow on each other,
+/// no two changes of mode at one time, every state is finite.
+template <class R> std::string faults(const R& r, int direction = 1) {
     using filippov::EventKind;
     const auto& e = r.events;
-    if (e.size() < 2 || e.front().kind != EventKind::start || e.back().kind != EventKind::end) return "no start or no end";
+    if (e.size() < 2 || e.front().kind != EventKind::start || e.back().kind != EventKind::end)
+        return "no start or no end";
     for (int i = 0; i < R::N; ++i)
-        if (!std::isfinite(static_cast<double>(r.result.x[i]))) return "final state is not finite";
+        if (!std::isfinite(static_cast<double>(r.result.x[i])))
+            return "final state is not finite";
     for (std::size_t k = 0; k < e.size(); ++k) {
         for (int i = 0; i < R::N; ++i)
-            if (!std::isfinite(static_cast<double>(e[k].x_right[i] + e[k].x_left[i]))) return "a state is not finite";
-        if (k == 0) continue;
-        if (direction > 0 ? e[k].t < e[k - 1].t : e[k].t > e[k - 1].t) return "time turns back";
-        if (!(e[k].mode_before == e[k - 1].mode_after)) return "modes do not follow on each other";
-        if (changes_mode(e[k].kind) == (e[k].mode_before == e[k].mode_after)) return "kind and modes contradict each other";
-        if (changes_mode(e[k].kind) && changes_mode(e[k - 1].kind) && e[k].t == e[k - 1].t && e[k].t_local == e[k - 1].t_local)
+            if (!std::isfinite(static_cast<double>(e[k].x_right[i] + e[k].x_left[i])))
+                return "a state is not finite";
+        if (k == 0)
+            continue;
+        if (direction > 0 ? e[k].t < e[k - 1].t : e[k].t > e[k - 1].t)
+            return "time turns back";
+        if (!(e[k].mode_before == e[k - 1].mode_after))
+            return "modes do not follow on each other";
+        if (changes_mode(e[k].kind) == (e[k].mode_before == e[k].mode_after))
+            return "kind and modes contradict each other";
+        if (changes_mode(e[k].kind) && changes_mode(e[k - 1].kind) && e[k].t == e[k - 1].t &&
+            e[k].t_local == e[k - 1].t_local)
             return "two changes of mode at one time";
     }
     return "";
 }
 
 /// The kinds of the events between `start` and `end`, as a word.
-template <class R>
-std::string word(const R& r) {
+template <class R> std::string word(const R& r) {
     std::string text;
-    for (std::size_t k = 1; k + 1 < r.events.size(); ++k) text += (k > 1 ? " " : "") + std::string(name(r.events[k].kind));
+    for (std::size_t k = 1; k + 1 < r.events.size(); ++k)
+        text += (k > 1 ? " " : "") + std::string(name(r.events[k].kind));
     return text;
 }
 
 /// A run of a system without parameters, its log checked by `faults`.
 template <class Tableau, int N>
-Run<AnySystem<N>> go(const AnySystem<N>& sys, const filippov::Vec<double, N>& x0, double t0, double t_end,
-                     const filippov::Settings<double, N>& settings) {
+Run<AnySystem<N>> go(const AnySystem<N>& sys, const filippov::Vec<double, N>& x0, double t0,
+                     double t_end, const filippov::Settings<double, N>& settings) {
     const auto r = run<Tableau>(sys, filippov::Vec<double, 0>(), x0, t0, t_end, settings);
     INFO(r.result.message());
     CHECK(faults(r, t_end < t0 ? -1 : 1) == "");

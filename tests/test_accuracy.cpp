@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The home problem: 200 periods of the dry friction oscillator against a reference in quadruple precision.
-#include "run.hpp"
-
+// The home problem: 200 periods of the dry friction oscillator against a reference in quadruple
+// precision.
 #include "../bench/rivals/reference_oscillator.hpp"
+#include "run.hpp"
 
 #include <filippov/models/oscillator.hpp>
 
@@ -16,44 +16,48 @@ using namespace filippov;
 namespace {
 
 struct Home {
-    double error;  ///< of the final state, maximum norm
+    double error; ///< of the final state, maximum norm
     std::size_t events;
     Status status;
 };
 
-template <class Tableau>
-Home home(double tol) {
+template <class Tableau> Home home(double tol) {
     const auto& reference = rivals::reference_home;
     auto p = default_params<models::Oscillator>();
     p[0] = reference.A;
     p[1] = reference.omega;
     const double t_end = reference.n_periods * (2 * std::numbers::pi / reference.omega);
-    const auto r = run<Tableau>(models::Oscillator{}, p, Vec<double, 2>(0, 0), 0, t_end, tolerance<2>(tol));
-    const Vec<long double, 2> error = r.result.x.template cast<long double>() - Vec<long double, 2>(reference.y, reference.v);
+    const auto r =
+        run<Tableau>(models::Oscillator{}, p, Vec<double, 2>(0, 0), 0, t_end, tolerance<2>(tol));
+    const Vec<long double, 2> error =
+        r.result.x.template cast<long double>() - Vec<long double, 2>(reference.y, reference.v);
     return {static_cast<double>(error.cwiseAbs().maxCoeff()), r.events.size(), r.result.status};
 }
 
-/// Final-state errors that hand-written loops reach at 1e-6, 1e-9, 1e-12, with pairs of the same orders.
-template <class Tableau>
-constexpr std::array<double, 3> by_hand() {
-    if (Tableau::order == 5) return {1.6e-5, 7.9e-9, 5.4e-12};
+/// Final-state errors that hand-written loops reach at 1e-6, 1e-9, 1e-12, with pairs of the same
+/// orders.
+template <class Tableau> constexpr std::array<double, 3> by_hand() {
+    if (Tableau::order == 5)
+        return {1.6e-5, 7.9e-9, 5.4e-12};
     return {7.5e-7, 7.7e-10, 7.6e-13};
 }
 
 } // namespace
 
-TEMPLATE_TEST_CASE("accuracy: 200 periods end within twice the error of loops written by hand", "[accuracy]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("accuracy: 200 periods end within twice the error of loops written by hand",
+                   "[accuracy]", DormandPrince5, DormandPrince8) {
     const double tolerances[] = {1e-6, 1e-9, 1e-12};
     for (std::size_t i = 0; i < 3; ++i) {
         const Home h = home<TestType>(tolerances[i]);
         CAPTURE(tolerances[i], h.error / by_hand<TestType>()[i]);
         CHECK(h.status == Status::ok);
-        CHECK(h.events == 102);  // 100 and the two ends
+        CHECK(h.events == 102); // 100 and the two ends
         CHECK(h.error <= 2 * by_hand<TestType>()[i]);
     }
 }
 
-TEMPLATE_TEST_CASE("accuracy: the error follows the tolerance, with a slope of one", "[accuracy]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("accuracy: the error follows the tolerance, with a slope of one", "[accuracy]",
+                   DormandPrince5, DormandPrince8) {
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     std::string table;
     for (int k = 8; k <= 24; ++k) {

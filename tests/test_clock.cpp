@@ -9,12 +9,13 @@ using namespace filippov;
 
 namespace {
 
-const double T = 6.283185307179586 / 2.94;  // a period with no short binary form
+const double T = 6.283185307179586 / 2.94; // a period with no short binary form
 
 /// k dt - n T with one rounding: both products as a sum of two doubles.
 double exact(long long k, double dt, long long n, double period) {
     const double a = static_cast<double>(k) * dt, a_rest = std::fma(static_cast<double>(k), dt, -a);
-    const double b = static_cast<double>(n) * period, b_rest = std::fma(static_cast<double>(n), period, -b);
+    const double b = static_cast<double>(n) * period,
+                 b_rest = std::fma(static_cast<double>(n), period, -b);
     return (a - b) + (a_rest - b_rest);
 }
 
@@ -25,7 +26,8 @@ double phase_error(double dt) {
     while (std::abs(c.index) < 1'000'000) {
         c.advance(dt);
         ++k;
-        if (!(c.local >= 0 && c.local < T)) return 1e300;
+        if (!(c.local >= 0 && c.local < T))
+            return 1e300;
     }
     return std::abs(c.local + c.carry - exact(k, dt, c.index, T)) / (epsilon<double> * T);
 }
@@ -43,7 +45,9 @@ TEST_CASE("clock: a million periods backwards cost no digit of the phase", "[clo
     CHECK(phase_error(-T / steps_a_period) <= 2);
 }
 
-TEST_CASE("clock: without a period ten million steps lose nothing, and come back to where they started", "[clock]") {
+TEST_CASE(
+    "clock: without a period ten million steps lose nothing, and come back to where they started",
+    "[clock]") {
     auto c = Clock<double>::at(0, 0);
     const double dt = 0.1;
     const long long n = 10'000'000;
@@ -52,21 +56,26 @@ TEST_CASE("clock: without a period ten million steps lose nothing, and come back
         c.advance(dt);
         plain += dt;
     }
-    CHECK(std::abs(exact(n, dt, 1, c.local) - c.carry) <= ulp(c.local) * epsilon<double> * static_cast<double>(n));
-    CHECK(std::abs(plain - c.local) > 1e-5);  // what compensation saves
+    CHECK(std::abs(exact(n, dt, 1, c.local) - c.carry) <=
+          ulp(c.local) * epsilon<double> * static_cast<double>(n));
+    CHECK(std::abs(plain - c.local) > 1e-5); // what compensation saves
     CHECK(c.index == 0);
-    for (long long k = 0; k < n; ++k) c.advance(-dt);
-    CHECK(c.local + c.carry == Approx(0).margin(1e-16 * 1e6));  // a rounding of the largest time's rounding, each step
+    for (long long k = 0; k < n; ++k)
+        c.advance(-dt);
+    CHECK(c.local + c.carry ==
+          Approx(0).margin(1e-16 * 1e6)); // a rounding of the largest time's rounding, each step
 }
 
 TEST_CASE("clock: shows the time that it was set to", "[clock]") {
-    for (const double t : {0.0, 0.3, T, 5.5 * T, -0.3, -T, -5.5 * T, 1e6 * T + 0.7, -1e6 * T + 0.7}) {
+    for (const double t :
+         {0.0, 0.3, T, 5.5 * T, -0.3, -T, -5.5 * T, 1e6 * T + 0.7, -1e6 * T + 0.7}) {
         CAPTURE(t);
         const auto c = Clock<double>::at(t, T);
         CHECK(c.local >= 0);
         CHECK(c.local < T);
         CHECK(static_cast<double>(c.index) == std::floor(t / T));
-        // the phase is exact to rounding although t is large: the product is not rounded before the difference
+        // the phase is exact to rounding although t is large: the product is not rounded before the
+        // difference
         CHECK(std::abs(c.local - exact(1, t, c.index, T)) <= epsilon<double> * T);
         CHECK(std::abs(c.absolute() - t) <= ulp(t) + ulp(T));
         CHECK(c.offset() + c.local == c.absolute());
@@ -103,10 +112,12 @@ TEST_CASE("clock: an advance is undone by its opposite across the wrap", "[clock
 TEMPLATE_TEST_CASE("clock: every scalar keeps time", "[clock]", float, long double) {
     using S = TestType;
     auto c = Clock<S>::at(S(0), S(1));
-    for (int k = 0; k < 1000; ++k) c.advance(S(0.375));  // exact in binary
+    for (int k = 0; k < 1000; ++k)
+        c.advance(S(0.375)); // exact in binary
     CHECK(c.index == 375);
     CHECK(c.local == S(0));
-    for (int k = 0; k < 2000; ++k) c.advance(S(-0.375));
+    for (int k = 0; k < 2000; ++k)
+        c.advance(S(-0.375));
     CHECK(c.index == -375);
     CHECK(c.local == S(0));
 }

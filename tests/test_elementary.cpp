@@ -14,7 +14,8 @@ constexpr double inf = std::numeric_limits<double>::infinity();
 
 /// Error of cos and sin at x against extended precision, the larger of the two.
 double error(double x) {
-    const long double c = std::cos(static_cast<long double>(x)), s = std::sin(static_cast<long double>(x));
+    const long double c = std::cos(static_cast<long double>(x)),
+                      s = std::sin(static_cast<long double>(x));
     return static_cast<double>(std::max(std::abs(static_cast<long double>(filippov::cos(x)) - c),
                                         std::abs(static_cast<long double>(filippov::sin(x)) - s)));
 }
@@ -26,10 +27,12 @@ TEST_CASE("elementary: cos and sin are within two ulps of 1 everywhere below 1e5
     double worst = 0, where = 0;
     const auto look = [&](double x) {
         const double e = error(x);
-        if (!(e <= worst)) worst = e, where = x;
+        if (!(e <= worst))
+            worst = e, where = x;
     };
     for (const double range : {1.0, 10.0, 1e3, 1e5})
-        for (int k = 0; k < 200'000; ++k) look((static_cast<double>(random() >> 11) * 0x1p-52 - 1) * range);
+        for (int k = 0; k < 200'000; ++k)
+            look((static_cast<double>(random() >> 11) * 0x1p-52 - 1) * range);
     CAPTURE(worst / ulp_of_one, where);
     CHECK(worst <= 2 * ulp_of_one);
 }
@@ -40,9 +43,11 @@ TEST_CASE("elementary: cos and sin keep their digits at multiples of pi/4", "[el
     for (long k = -127'000; k <= 127'000; ++k) {
         const double x = static_cast<double>(k) * 0.78539816339744830962;
         for (const double y : {x, std::nextafter(x, inf), std::nextafter(x, -inf)}) {
-            if (!(std::abs(y) < 1e5)) continue;
+            if (!(std::abs(y) < 1e5))
+                continue;
             const double e = error(y);
-            if (!(e <= worst)) worst = e, where = y;
+            if (!(e <= worst))
+                worst = e, where = y;
         }
     }
     CAPTURE(worst / ulp_of_one, where);
@@ -54,7 +59,8 @@ TEST_CASE("elementary: sin has relative precision where it is small", "[elementa
     for (int k = 1; k < 30'000; k += 7) {
         const double x = k * 3.14159265358979323846;
         const long double s = std::sin(static_cast<long double>(x));
-        // three-part pi/2: 33 + 33 + 53 bits, less 17 for k; the double x is about 1e-16 k from the root
+        // three-part pi/2: 33 + 33 + 53 bits, less 17 for k; the double x is about 1e-16 k from the
+        // root
         CHECK(std::abs((static_cast<long double>(filippov::sin(x)) - s) / s) < 1e-10L);
     }
 }
@@ -76,7 +82,8 @@ TEST_CASE("elementary: cos is even and sin is odd to the last bit", "[elementary
     int different = 0;
     for (int k = 0; k < 100'000; ++k) {
         const double x = static_cast<double>(random() >> 11) * 0x1p-53 * 1e5;
-        different += filippov::cos(-x) != filippov::cos(x) || filippov::sin(-x) != -filippov::sin(x);
+        different +=
+            filippov::cos(-x) != filippov::cos(x) || filippov::sin(-x) != -filippov::sin(x);
     }
     CHECK(different == 0);
 }
@@ -95,10 +102,12 @@ TEST_CASE("elementary: from 1e5 on the library's functions answer", "[elementary
         CHECK(filippov::cos(-x) == std::cos(-x));
         CHECK(filippov::sin(-x) == std::sin(-x));
     }
-    CHECK(std::abs(filippov::cos(std::nextafter(1e5, 0.0)) - std::cos(std::nextafter(1e5, 0.0))) <= 2 * ulp_of_one);
+    CHECK(std::abs(filippov::cos(std::nextafter(1e5, 0.0)) - std::cos(std::nextafter(1e5, 0.0))) <=
+          2 * ulp_of_one);
 }
 
-TEMPLATE_TEST_CASE("elementary: other scalars have the library's functions", "[elementary]", float, long double) {
+TEMPLATE_TEST_CASE("elementary: other scalars have the library's functions", "[elementary]", float,
+                   long double) {
     for (const TestType x : {TestType(0), TestType(0.7L), TestType(-2.5L), TestType(1e6L)}) {
         CHECK(filippov::cos(x) == std::cos(x));
         CHECK(filippov::sin(x) == std::sin(x));

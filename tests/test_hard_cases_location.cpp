@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hard cases of finding an event and landing on it: H1-H4, H21-H25, H28, H29, H40, H42, user sections.
-// Constant fields make the solution exact: what is left is the location's own error.
+// Hard cases of finding an event and landing on it: H1-H4, H21-H25, H28, H29, H40, H42, user
+// sections. Constant fields make the solution exact: what is left is the location's own error.
 #include "hard.hpp"
 
 #include <filippov/models/oscillator.hpp>
@@ -42,23 +42,27 @@ Line gate() {
 
 // --- H1, H2 --------------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H1: a touch from below is a graze at the extremum and changes no mode", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H1: a touch from below is a graze at the extremum and changes no mode",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     const auto r = go<TestType>(grazing(), V2(0, 1), 0, 3, bounded<2>(tol));
     CHECK(r.result.status == Status::ok);
     REQUIRE(word(r) == "graze");
     // the extremum is where x' = 0: its time is as good as x'
     CHECK(r.events[1].t == Approx(pi / 2).epsilon(0).margin(100 * tol));
-    CHECK(std::abs(r.events[1].x_right[1]) < 0.01 * tol + 1e-10);  // a landing may leave a hundredth of the tolerance
+    CHECK(std::abs(r.events[1].x_right[1]) <
+          0.01 * tol + 1e-10); // a landing may leave a hundredth of the tolerance
     CHECK(r.events[1].mode_before == r.events[1].mode_after);
     CHECK(r.events[1].mode_after[0] == -1);
     CHECK(r.events[1].surface == 0);
     CHECK(r.result.x[0] == Approx(std::sin(3.0)).epsilon(0).margin(100 * tol));
 }
 
-TEMPLATE_TEST_CASE("H1: a touch from above, on a surface that moves, is a graze too", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H1: a touch from above, on a surface that moves, is a graze too", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     // x = 1 - t, so that h = (t - 1)^2 along the path; below everything rises
-    const Line sys([](const auto&, const auto& x) { return like(x, 5); }, [](const auto&, const auto& x) { return like(x, -1); },
+    const Line sys([](const auto&, const auto& x) { return like(x, 5); },
+                   [](const auto&, const auto& x) { return like(x, -1); },
                    [](const auto& t, const auto& x) { return x[0] - 1 + t + (t - 1) * (t - 1); });
     const auto r = go<TestType>(sys, V1(1), 0, 2, bounded<1>(1e-9));
     CHECK(r.result.status == Status::ok);
@@ -68,20 +72,23 @@ TEMPLATE_TEST_CASE("H1: a touch from above, on a surface that moves, is a graze 
     CHECK(r.result.x[0] == Approx(-1).epsilon(0).margin(1e-14));
 }
 
-TEMPLATE_TEST_CASE("H2: a touch some ulp short or deep is answered alike", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H2: a touch some ulp short or deep is answered alike", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     std::size_t n_other = 0;
     for (int k = -200; k <= 200; ++k) {
         const auto r = go<TestType>(grazing(), V2(0, 1 + k * eps), 0, 3, bounded<2>(tol));
         REQUIRE(r.result.status == Status::ok);
-        if (word(r) != "graze") ++n_other;
+        if (word(r) != "graze")
+            ++n_other;
         REQUIRE(r.result.x[0] == Approx(std::sin(3.0)).epsilon(0).margin(100 * tol));
     }
     CHECK(n_other == 0);
 }
 
-TEMPLATE_TEST_CASE("H2: from a miss over a touch to a slide the answer changes twice, not back and forth", "[hard]", DormandPrince5,
-                   DormandPrince8) {
+TEMPLATE_TEST_CASE(
+    "H2: from a miss over a touch to a slide the answer changes twice, not back and forth",
+    "[hard]", DormandPrince5, DormandPrince8) {
     // start (0, 1 + d): |d| from 1e-3 to 1e-16 below, then up again above
     std::vector<std::string> words;
     for (int sign = -1; sign <= 1; sign += 2)
@@ -89,24 +96,28 @@ TEMPLATE_TEST_CASE("H2: from a miss over a touch to a slide the answer changes t
             const double size = std::pow(10.0, -3 - 0.05 * (sign < 0 ? k : 260 - k));
             const auto r = go<TestType>(grazing(), V2(0, 1 + sign * size), 0, 3, bounded<2>(1e-9));
             REQUIRE(r.result.status == Status::ok);
-            if (words.empty() || words.back() != word(r)) words.push_back(word(r));
+            if (words.empty() || words.back() != word(r))
+                words.push_back(word(r));
         }
     CHECK(words == std::vector<std::string>{"", "graze", "enter_sliding exit_sliding"});
 }
 
-TEMPLATE_TEST_CASE("H2: where the far side leads away, a touch is one of two answers or said to be ambiguous", "[hard]", DormandPrince5,
-                   DormandPrince8) {
+TEMPLATE_TEST_CASE(
+    "H2: where the far side leads away, a touch is one of two answers or said to be ambiguous",
+    "[hard]", DormandPrince5, DormandPrince8) {
     const Plane sys(turn, right, [](const auto&, const auto& x) { return x[0] - 1; });
     for (int k = -200; k <= 200; ++k) {
         const auto r = go<TestType>(sys, V2(0, 1 + k * 1e-12), 0, 3, bounded<2>(1e-10));
         CAPTURE(k, word(r), r.result.message());
-        if (r.result.status == Status::ambiguous) {  // exactly tangent, both ways are solutions
+        if (r.result.status == Status::ambiguous) { // exactly tangent, both ways are solutions
             REQUIRE(r.result.t == Approx(pi / 2).epsilon(0).margin(1e-4));
             continue;
         }
         REQUIRE(r.result.status == Status::ok);
         REQUIRE((word(r) == "cross" || word(r) == "graze" || word(r) == ""));
-        REQUIRE(r.result.x[0] == Approx(word(r) == "cross" ? 1 + 3 - r.events[1].t : std::sin(3.0)).epsilon(0).margin(1e-7));
+        REQUIRE(r.result.x[0] == Approx(word(r) == "cross" ? 1 + 3 - r.events[1].t : std::sin(3.0))
+                                     .epsilon(0)
+                                     .margin(1e-7));
     }
     // a depth of 1e-5 is plainly there, a gap of 1e-5 plainly not
     CHECK(word(go<TestType>(sys, V2(0, 1 + 1e-5), 0, 3, bounded<2>(1e-10))) == "cross");
@@ -115,10 +126,13 @@ TEMPLATE_TEST_CASE("H2: where the far side leads away, a touch is one of two ans
 
 // --- H3, H4 --------------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H3: two crossings inside one step are both found", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H3: two crossings inside one step are both found", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // h > 0 for |x - 0.5| < w: one step over everything would see h < 0 at both ends
     const double w = GENERATE(0.3, 0.1, 1e-2, 1e-3, 1e-4);
-    const Plane sys(right, right, [w](const auto&, const auto& x) { return w * w - (x[0] - 0.5) * (x[0] - 0.5); });
+    const Plane sys(right, right, [w](const auto&, const auto& x) {
+        return w * w - (x[0] - 0.5) * (x[0] - 0.5);
+    });
     for (int k = 0; k < 50; ++k) {
         const double start = -0.02 * k;
         const auto r = go<TestType>(sys, V2(start, 0), 0, 2, bounded<2>(1e-9));
@@ -131,7 +145,8 @@ TEMPLATE_TEST_CASE("H3: two crossings inside one step are both found", "[hard]",
     }
 }
 
-TEMPLATE_TEST_CASE("H4: many roots in a step are all found, in order", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H4: many roots in a step are all found, in order", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const double frequency = GENERATE(10.0, 30.0, 100.0, 300.0);
     const Line sys(forward, forward, [frequency](const auto&, const auto& x) {
         using std::sin;
@@ -140,34 +155,46 @@ TEMPLATE_TEST_CASE("H4: many roots in a step are all found, in order", "[hard]",
     std::vector<double> roots;
     for (int k = 0;; ++k) {
         const double root = ((k % 2 == 0 ? 7 : 11) * pi / 6 + 2 * pi * (k / 2)) / frequency;
-        if (root > 1) break;
+        if (root > 1)
+            break;
         roots.push_back(root);
     }
     auto settings = bounded<1>(1e-9);
-    if (frequency > 100) settings.max_step = 10 / frequency;  // the field is constant: nothing else bounds a step
+    if (frequency > 100)
+        settings.max_step = 10 / frequency; // the field is constant: nothing else bounds a step
     const auto r = go<TestType>(sys, V1(0), 0, 1, settings);
     CHECK(r.result.status == Status::ok);
     const auto found = r.times(cross);
     REQUIRE(found.size() == roots.size());
-    for (std::size_t k = 0; k < roots.size(); ++k) REQUIRE(found[k] == Approx(roots[k]).epsilon(0).margin(1e-14));
+    for (std::size_t k = 0; k < roots.size(); ++k)
+        REQUIRE(found[k] == Approx(roots[k]).epsilon(0).margin(1e-14));
 }
 
-TEMPLATE_TEST_CASE("H4: three roots close to each other are three events", "[hard]", DormandPrince5, DormandPrince8) {
-    const double d = GENERATE(0.2, 0.05, 0.01);  // below, h stays within the tolerance between the roots
-    const Line sys(forward, forward, [d](const auto&, const auto& x) { return (x[0] - 0.5 + d) * (x[0] - 0.5) * (x[0] - 0.5 - d); });
+TEMPLATE_TEST_CASE("H4: three roots close to each other are three events", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const double d =
+        GENERATE(0.2, 0.05, 0.01); // below, h stays within the tolerance between the roots
+    const Line sys(forward, forward, [d](const auto&, const auto& x) {
+        return (x[0] - 0.5 + d) * (x[0] - 0.5) * (x[0] - 0.5 - d);
+    });
     const auto r = go<TestType>(sys, V1(0), 0, 1, bounded<1>(1e-9));
     CHECK(r.result.status == Status::ok);
     REQUIRE(word(r) == "cross cross cross");
-    for (int k = 0; k < 3; ++k) CHECK(r.events[std::size_t(k + 1)].t == Approx(0.5 + (k - 1) * d).epsilon(0).margin(8 * eps * 0.25 / (d * d)));
+    for (int k = 0; k < 3; ++k)
+        CHECK(r.events[std::size_t(k + 1)].t ==
+              Approx(0.5 + (k - 1) * d).epsilon(0).margin(8 * eps * 0.25 / (d * d)));
 }
 
 // --- H21, H22 ------------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H21: a surface without gradient is refused with the point", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H21: a surface without gradient is refused with the point", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const auto rise = [](const auto&, const auto& x) { return like(x, x[1], 1); };
     const auto fall = [](const auto&, const auto& x) { return like(x, x[1], -1); };
     const int power = GENERATE(2, 3);
-    const Plane sys(rise, fall, [power](const auto&, const auto& x) { return power == 2 ? -x[1] * x[1] : x[1] * x[1] * x[1]; });
+    const Plane sys(rise, fall, [power](const auto&, const auto& x) {
+        return power == 2 ? -x[1] * x[1] : x[1] * x[1] * x[1];
+    });
     const auto r = go<TestType>(sys, V2(0, -1), 0, 2, bounded<2>(1e-9));
     CHECK(r.result.status == Status::degenerate_surface);
     // v^2 and v^3 are rounding, and no root can be told, below 1e-8 and 1e-5
@@ -181,15 +208,18 @@ TEMPLATE_TEST_CASE("H21: a surface without gradient is refused with the point", 
     CHECK(at_once.result.t == 0);
 }
 
-TEMPLATE_TEST_CASE("H21: a start where two branches of a surface cross is refused", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H21: a start where two branches of a surface cross is refused", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const Plane sys(right, right, [](const auto&, const auto& x) { return x[0] * x[1]; });
     const auto r = go<TestType>(sys, V2(0, 0), 0, 1, bounded<2>(1e-9));
     CHECK(r.result.status == Status::degenerate_surface);
 }
 
-TEMPLATE_TEST_CASE("H22: kinks of h are crossed where they should be", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H22: kinks of h are crossed where they should be", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     SECTION("a kink away from the roots") {
-        const Plane sys([](const auto&, const auto& x) { return like(x, 1, 0.3); }, [](const auto&, const auto& x) { return like(x, 1, -1); },
+        const Plane sys([](const auto&, const auto& x) { return like(x, 1, 0.3); },
+                        [](const auto&, const auto& x) { return like(x, 1, -1); },
                         [](const auto&, const auto& x) {
                             using std::abs;
                             return abs(x[0] - 0.7) * 2 + x[1] - 0.9;
@@ -222,7 +252,8 @@ TEMPLATE_TEST_CASE("H22: kinks of h are crossed where they should be", "[hard]",
     SECTION("a narrow peak that is passed") {
         const double width = GENERATE(0.05, 0.01, 2e-3);
         auto settings = bounded<1>(1e-9);
-        settings.max_step = 4 * width;  // a constant field takes any step: what is narrower must be said
+        settings.max_step =
+            4 * width; // a constant field takes any step: what is narrower must be said
         const Line sys(forward, forward, [width](const auto&, const auto& x) {
             using std::abs;
             return width - abs(x[0] - 0.5);
@@ -233,18 +264,22 @@ TEMPLATE_TEST_CASE("H22: kinks of h are crossed where they should be", "[hard]",
     }
 }
 
-TEMPLATE_TEST_CASE("H22: a jump of h in time is an event at the jump", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H22: a jump of h in time is an event at the jump", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const double at = GENERATE(1.0, 0.3, 1.7320508);
-    const Line sys([](const auto&, const auto& x) { return like(x, 0.1); }, [](const auto&, const auto& x) { return like(x, -0.1); },
+    const Line sys([](const auto&, const auto& x) { return like(x, 0.1); },
+                   [](const auto&, const auto& x) { return like(x, -0.1); },
                    [at](const auto& t, const auto& x) { return t < at ? x[0] - 1 : x[0] + 1; });
     const auto r = go<TestType>(sys, V1(0), 0, 2, bounded<1>(1e-9));
     CHECK(r.result.status == Status::ok);
     check_events(r.events, {{cross, at}}, 4 * eps);
-    CHECK(r.events[1].x_right[0] == Approx(0.1 * at).epsilon(1e-14));  // not moved onto a surface that is not there
+    CHECK(r.events[1].x_right[0] ==
+          Approx(0.1 * at).epsilon(1e-14)); // not moved onto a surface that is not there
     CHECK(r.result.x[0] == Approx(0.1 * at - 0.1 * (2 - at)).margin(1e-15));
 }
 
-TEMPLATE_TEST_CASE("H22: an h of infinite slope ends in an event or a status", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H22: an h of infinite slope ends in an event or a status", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const Line sys(forward, forward, [](const auto&, const auto& x) {
         using std::sqrt;
         return x[0] < 0.5 ? -sqrt(0.5 - x[0]) : sqrt(x[0] - 0.5);
@@ -254,37 +289,45 @@ TEMPLATE_TEST_CASE("H22: an h of infinite slope ends in an event or a status", "
         check_events(r.events, {{cross, 0.5}}, 1e-9);
         CHECK(r.result.x[0] == Approx(1).epsilon(1e-14));
     } else {
-        CHECK((r.result.status == Status::not_finite || r.result.status == Status::degenerate_surface));
+        CHECK((r.result.status == Status::not_finite ||
+               r.result.status == Status::degenerate_surface));
         CHECK(r.result.diagnosis.t == Approx(0.5).margin(1e-9));
     }
 }
 
 // --- H23, H24, H25 -------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H23: NaN and infinity are reported with function, time and state", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H23: NaN and infinity are reported with function, time and state", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const double bad = std::array{no_number, inf, -inf}[std::size_t(GENERATE(0, 1, 2))];
     CAPTURE(bad);
     const auto settings = bounded<1>(1e-9);
     const auto far = [](const auto&, const auto& x) { return x[0] - 10; };
     SECTION("f1 after t = 0.5") {
-        const Line sys([bad](const auto& t, const auto& x) { return t < 0.5 ? like(x, 1) : like(x, bad); }, forward, far);
+        const Line sys(
+            [bad](const auto& t, const auto& x) { return t < 0.5 ? like(x, 1) : like(x, bad); },
+            forward, far);
         const auto r = go<TestType>(sys, V1(0), 0, 2, settings);
         CHECK(r.result.status == Status::not_finite);
         CHECK(r.result.diagnosis.what == "f1");
         CHECK(r.result.t == Approx(0.5).epsilon(0).margin(1e-9));
         CHECK(r.result.t <= 0.5);
-        CHECK(r.result.x[0] == Approx(r.result.t).epsilon(1e-12));  // the last good state
+        CHECK(r.result.x[0] == Approx(r.result.t).epsilon(1e-12)); // the last good state
     }
     SECTION("f2 beyond x = 0.5") {
-        const Line sys(forward, [bad](const auto&, const auto& x) { return x[0] < 0.5 ? like(x, 1) : like(x, bad); },
-                       [](const auto&, const auto& x) { return x[0] + 10; });
+        const Line sys(
+            forward,
+            [bad](const auto&, const auto& x) { return x[0] < 0.5 ? like(x, 1) : like(x, bad); },
+            [](const auto&, const auto& x) { return x[0] + 10; });
         const auto r = go<TestType>(sys, V1(0), 0, 2, settings);
         CHECK(r.result.status == Status::not_finite);
         CHECK(r.result.diagnosis.what == "f2");
         CHECK(r.result.x[0] == Approx(0.5).epsilon(0).margin(1e-9));
     }
     SECTION("h after t = 0.5") {
-        const Line sys(forward, forward, [bad](const auto& t, const auto& x) { return t < 0.5 ? x[0] - 10 : x[0] * bad; });
+        const Line sys(forward, forward, [bad](const auto& t, const auto& x) {
+            return t < 0.5 ? x[0] - 10 : x[0] * bad;
+        });
         const auto r = go<TestType>(sys, V1(0.1), 0, 2, settings);
         CHECK(r.result.status == Status::not_finite);
         CHECK(r.result.diagnosis.what == "h");
@@ -296,14 +339,17 @@ TEMPLATE_TEST_CASE("H23: NaN and infinity are reported with function, time and s
         CHECK(rf.result.status == Status::not_finite);
         CHECK(rf.result.diagnosis.what == "f1");
         CHECK(rf.result.t == 0);
-        const Line h(forward, forward, [bad](const auto&, const auto& x) { return x[0] * 0 + bad; });
+        const Line h(forward, forward,
+                     [bad](const auto&, const auto& x) { return x[0] * 0 + bad; });
         const auto rh = go<TestType>(h, V1(0), 0, 2, settings);
         CHECK(rh.result.status == Status::not_finite);
         CHECK(rh.result.diagnosis.what == "h");
         CHECK(rh.result.counters.steps == 0);
     }
     SECTION("the other side at contact") {
-        const Line sys(forward, [bad](const auto&, const auto& x) { return like(x, bad); }, [](const auto&, const auto& x) { return x[0] - 0.5; });
+        const Line sys(
+            forward, [bad](const auto&, const auto& x) { return like(x, bad); },
+            [](const auto&, const auto& x) { return x[0] - 0.5; });
         const auto r = go<TestType>(sys, V1(0), 0, 2, settings);
         CHECK(r.result.status == Status::not_finite);
         CHECK(r.result.diagnosis.what == "f2");
@@ -313,9 +359,12 @@ TEMPLATE_TEST_CASE("H23: NaN and infinity are reported with function, time and s
     }
 }
 
-TEMPLATE_TEST_CASE("H23: a field that is not finite while sliding is reported", "[hard]", DormandPrince5, DormandPrince8) {
-    const Plane sys([](const auto& t, const auto& x) { return t < 0.5 ? like(x, 1, 1) : like(x, no_number, 1); },
-                    [](const auto&, const auto& x) { return like(x, 1, -1); }, [](const auto&, const auto& x) { return x[1]; });
+TEMPLATE_TEST_CASE("H23: a field that is not finite while sliding is reported", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const Plane sys([](const auto& t,
+                       const auto& x) { return t < 0.5 ? like(x, 1, 1) : like(x, no_number, 1); },
+                    [](const auto&, const auto& x) { return like(x, 1, -1); },
+                    [](const auto&, const auto& x) { return x[1]; });
     const auto r = go<TestType>(sys, V2(0, 0), 0, 2, bounded<2>(1e-9));
     CHECK(r.result.status == Status::not_finite);
     CHECK(r.result.diagnosis.what == "sliding field");
@@ -323,7 +372,8 @@ TEMPLATE_TEST_CASE("H23: a field that is not finite while sliding is reported", 
     CHECK(r.result.mode[0] == 0);
 }
 
-TEMPLATE_TEST_CASE("H24: a finite-time blow-up ends near its time with a good state", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H24: a finite-time blow-up ends near its time with a good state", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const auto square = [](const auto&, const auto& x) { return like(x, x[0] * x[0]); };
     const Line sys(square, square, [](const auto&, const auto& x) { return x[0] * 0 - 1; });
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
@@ -335,7 +385,8 @@ TEMPLATE_TEST_CASE("H24: a finite-time blow-up ends near its time with a good st
     CHECK(r.result.message().find("blow up") != std::string::npos);
 }
 
-TEMPLATE_TEST_CASE("H25: a field that ends at its surface is followed to it", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H25: a field that ends at its surface is followed to it", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     // u = sqrt(-x): -2 u u' = 1 + u, so that x = 0 at 2 (1 - ln 2)
     const Line sys(
         [](const auto&, const auto& x) {
@@ -356,7 +407,8 @@ TEMPLATE_TEST_CASE("H25: a field that ends at its surface is followed to it", "[
     CHECK(r.result.mode[0] == 0);
 }
 
-TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed exactly", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed exactly", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const double gap = GENERATE(1e-1, 1e-3, 1e-6, 1e-9);
     const auto field = [gap](double x) { return 1 + 0.1 * std::log(gap - x); };
     const Line sys(
@@ -364,7 +416,8 @@ TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed
             using std::log;
             return like(x, 1 + 0.1 * log(gap - x[0]));
         },
-        [](const auto&, const auto& x) { return like(x, 1); }, [](const auto&, const auto& x) { return x[0]; });
+        [](const auto&, const auto& x) { return like(x, 1); },
+        [](const auto&, const auto& x) { return x[0]; });
     // for gap < e^-10 the field turns negative before x = 0: such an orbit stays below
     const double turn_at = gap - std::exp(-10.0);
     const auto r = go<TestType>(sys, V1(-1), 0, 20, bounded<1>(1e-9));
@@ -389,18 +442,21 @@ TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed
     }
 }
 
-TEMPLATE_TEST_CASE("H25: the other side's field is not called here", "[hard]", DormandPrince5, DormandPrince8) {
-    static double farthest;  // how far from the surface f2 was asked
-    static bool early;       // f2 was asked before contact
+TEMPLATE_TEST_CASE("H25: the other side's field is not called here", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    static double farthest; // how far from the surface f2 was asked
+    static bool early;      // f2 was asked before contact
     farthest = 0;
     early = false;
     const auto contact = [](double x) { return x > -0.5 - 1e-8; };
-    // f2 lives in x > 0; the run comes from below, slides, and leaves below again: f2 is needed on the surface only
+    // f2 lives in x > 0; the run comes from below, slides, and leaves below again: f2 is needed on
+    // the surface only
     const Plane sys([](const auto&, const auto& x) { return like(x, 1, 0.5 - x[0]); },
                     [contact](const auto&, const auto& x) {
                         if constexpr (std::is_same_v<std::decay_t<decltype(x[1])>, double>) {
                             farthest = std::max(farthest, std::abs(x[1]));
-                            if (!contact(x[0])) early = true;
+                            if (!contact(x[0]))
+                                early = true;
                         }
                         return like(x, 1, -1);
                     },
@@ -415,7 +471,8 @@ TEMPLATE_TEST_CASE("H25: the other side's field is not called here", "[hard]", D
 
 // --- H28, H29, H40, H42 --------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H28: an event at the start, at the end or at an output time is there once", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H28: an event at the start, at the end or at an output time is there once",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const auto settings = bounded<1>(1e-9);
     SECTION("start") {
         const auto r = go<TestType>(gate(), V1(0.5), 0, 1, settings);
@@ -451,12 +508,15 @@ TEMPLATE_TEST_CASE("H28: an event at the start, at the end or at an output time 
     SECTION("output times") {
         const std::vector<double> times{0, 0.25, 0.5, 0.75, 1};
         OutputTimes<double, 1, 1> output{times};
-        const Line sys(forward, [](const auto&, const auto& x) { return like(x, 3); }, [](const auto&, const auto& x) { return x[0] - 0.5; });
+        const Line sys(
+            forward, [](const auto&, const auto& x) { return like(x, 3); },
+            [](const auto&, const auto& x) { return x[0] - 0.5; });
         const auto result = flow<TestType>(sys, Vec<double, 0>(), V1(0), 0, 1, settings, output);
         CHECK(result.status == Status::ok);
         REQUIRE(output.states.size() == times.size());
         const double exact[] = {0, 0.25, 0.5, 1.25, 2};
-        for (std::size_t i = 0; i < times.size(); ++i) CHECK(output.states[i][0] == Approx(exact[i]).epsilon(1e-14));
+        for (std::size_t i = 0; i < times.size(); ++i)
+            CHECK(output.states[i][0] == Approx(exact[i]).epsilon(1e-14));
         REQUIRE(output.events.size() == 3);
         CHECK(output.events[1].x_left == output.events[1].x_right);
         CHECK(output.events[1].mode_before[0] == -1);
@@ -464,7 +524,8 @@ TEMPLATE_TEST_CASE("H28: an event at the start, at the end or at an output time 
     }
 }
 
-TEMPLATE_TEST_CASE("H28: the state is continuous through an event in dense output", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H28: the state is continuous through an event in dense output", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const auto r = simulate<TestType>(gate(), Vec<double, 0>(), V1(0), 0, 1, bounded<1>(1e-9));
     REQUIRE(r.events.size() == 3);
     const double t = r.events[1].t;
@@ -475,7 +536,8 @@ TEMPLATE_TEST_CASE("H28: the state is continuous through an event in dense outpu
     CHECK(r(1)[0] == Approx(1).epsilon(1e-15));
 }
 
-TEMPLATE_TEST_CASE("H29: an event inside a rejected step is ignored", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H29: an event inside a rejected step is ignored", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // x = e^-50t stays above -0.5; an explicit step of 1 lands far below it
     const auto decay = [](const auto&, const auto& x) { return like(x, -50 * x[0]); };
     const Line sys(decay, decay, [](const auto&, const auto& x) { return x[0] + 0.5; });
@@ -494,19 +556,22 @@ namespace {
 /// x = -a, and comes back at x = 2a (y = (x + a)^2 (x - 2a)/3).
 Plane excursion(double a) {
     return {[a](const auto&, const auto& x) { return like(x, 1, (x[0] - a) * (x[0] + a)); },
-            [](const auto&, const auto& x) { return like(x, 1, -1); }, [](const auto&, const auto& x) { return x[1]; }};
+            [](const auto&, const auto& x) { return like(x, 1, -1); },
+            [](const auto&, const auto& x) { return x[1]; }};
 }
 
-/// Above the line (1, -1), below it (1, x): contact at x = -d is a crossing, the visit below ends at
-/// x = d and the rest is a slide.
+/// Above the line (1, -1), below it (1, x): contact at x = -d is a crossing, the visit below ends
+/// at x = d and the rest is a slide.
 Plane visit() {
-    return {[](const auto&, const auto& x) { return like(x, 1, x[0]); }, [](const auto&, const auto& x) { return like(x, 1, -1); },
+    return {[](const auto&, const auto& x) { return like(x, 1, x[0]); },
+            [](const auto&, const auto& x) { return like(x, 1, -1); },
             [](const auto&, const auto& x) { return x[1]; }};
 }
 
 } // namespace
 
-TEMPLATE_TEST_CASE("H40: an excursion from a slide is two events or none, however short", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H40: an excursion from a slide is two events or none, however short", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-3, 1e-6, 1e-9, 1e-12);
     for (int k = 20; k <= 160; ++k) {
         const double a = std::pow(10.0, -0.1 * k);
@@ -517,19 +582,23 @@ TEMPLATE_TEST_CASE("H40: an excursion from a slide is two events or none, howeve
         REQUIRE(r.result.mode[0] == 0);
         const std::string w = word(r);
         CAPTURE(w);
-        if (a > 1e-4 && a * a > 100 * tol) REQUIRE(w == "exit_sliding enter_sliding");
+        if (a > 1e-4 && a * a > 100 * tol)
+            REQUIRE(w == "exit_sliding enter_sliding");
         REQUIRE((w == "exit_sliding enter_sliding" || w == "slide_extremum" || w == ""));
         if (w == "exit_sliding enter_sliding") {
-            // L1 = x^2 - a^2 is rounding below eps/a; y' = 3 a^2 where it comes back, so that an error of y counts for more
+            // L1 = x^2 - a^2 is rounding below eps/a; y' = 3 a^2 where it comes back, so that an
+            // error of y counts for more
             REQUIRE(r.events[1].x_right[0] == Approx(-a).epsilon(0).margin(eps / a));
-            REQUIRE(r.events[2].x_right[0] == Approx(2 * a).epsilon(0).margin(10 * (eps + tol) / (a * a)));
+            REQUIRE(r.events[2].x_right[0] ==
+                    Approx(2 * a).epsilon(0).margin(10 * (eps + tol) / (a * a)));
         }
         REQUIRE(r.result.x[0] == Approx(1).epsilon(0).margin(1e-12));
         REQUIRE(std::abs(r.result.x[1]) < 1e-15);
     }
 }
 
-TEMPLATE_TEST_CASE("H40: a crossing a hair outside the sliding boundary does not hold the loop", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H40: a crossing a hair outside the sliding boundary does not hold the loop",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-3, 1e-6, 1e-9, 1e-12);
     for (int k = 20; k <= 170; ++k) {
         const double d = std::pow(10.0, -0.1 * k);
@@ -541,7 +610,7 @@ TEMPLATE_TEST_CASE("H40: a crossing a hair outside the sliding boundary does not
         const std::string w = word(r);
         CAPTURE(w);
         REQUIRE((w == "cross enter_sliding" || w == "enter_sliding"));
-        if (d > 1e-6) {  // the visit's depth is d^2/2: below the rounding of h it is none
+        if (d > 1e-6) { // the visit's depth is d^2/2: below the rounding of h it is none
             REQUIRE(w == "cross enter_sliding");
             REQUIRE(r.events[1].t == Approx(1).epsilon(0).margin(1e-14));
             REQUIRE(r.events[2].t == Approx(1 + 2 * d).epsilon(0).margin(4 * eps + eps / d));
@@ -550,8 +619,10 @@ TEMPLATE_TEST_CASE("H40: a crossing a hair outside the sliding boundary does not
     }
 }
 
-TEMPLATE_TEST_CASE("H42: a step that reaches over the pole of the far extension is cut", "[hard]", DormandPrince5, DormandPrince8) {
-    // f1 has its pole at v = V + 1/gamma = 1.704; a block that the belt overtakes slowly meets v = V at any angle
+TEMPLATE_TEST_CASE("H42: a step that reaches over the pole of the far extension is cut", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // f1 has its pole at v = V + 1/gamma = 1.704; a block that the belt overtakes slowly meets v =
+    // V at any angle
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();
     const double first = GENERATE(0.3, 1.0, 3.0);
@@ -565,15 +636,19 @@ TEMPLATE_TEST_CASE("H42: a step that reaches over the pole of the far extension 
             REQUIRE(r.result.status == Status::ok);
             REQUIRE(faults(r) == "");
             const auto fine = run<TestType>(sys, p, x0, 0, 4, bounded<2>(1e-10));
-            REQUIRE((r.result.x - fine.result.x).norm() < 0.3);  // a step across the pole would throw it off by far more
+            REQUIRE((r.result.x - fine.result.x).norm() <
+                    0.3); // a step across the pole would throw it off by far more
         }
 }
 
-TEMPLATE_TEST_CASE("H42: a stage that is exactly NaN beyond the surface cuts the step and the run goes on", "[hard]", DormandPrince5,
-                   DormandPrince8) {
+TEMPLATE_TEST_CASE(
+    "H42: a stage that is exactly NaN beyond the surface cuts the step and the run goes on",
+    "[hard]", DormandPrince5, DormandPrince8) {
     const double wall = GENERATE(0.5, 0.1, 1e-3, 1e-8, 0.0);
-    const Line sys([wall](const auto&, const auto& x) { return x[0] > wall ? like(x, no_number) : like(x, 1); },
-                   [](const auto&, const auto& x) { return like(x, 2); }, [](const auto&, const auto& x) { return x[0]; });
+    const Line sys([wall](const auto&,
+                          const auto& x) { return x[0] > wall ? like(x, no_number) : like(x, 1); },
+                   [](const auto&, const auto& x) { return like(x, 2); },
+                   [](const auto&, const auto& x) { return x[0]; });
     for (const double first : {0.01, 0.3, 1.0, 2.0, 10.0}) {
         auto settings = bounded<1>(1e-9);
         settings.first_step = first;
@@ -591,11 +666,14 @@ namespace {
 using Watch = DynamicSections<double, 2, 0>;
 
 template <class Tableau>
-Run<Plane> watch(const Plane& sys, const V2& x0, double t0, double t_end, std::vector<Section<Watch::Function>> list, double tol = 1e-9) {
+Run<Plane> watch(const Plane& sys, const V2& x0, double t0, double t_end,
+                 std::vector<Section<Watch::Function>> list, double tol = 1e-9) {
     Watch watched;
-    for (auto& s : list) watched.all[std::size_t(watched.count++)] = std::move(s);
+    for (auto& s : list)
+        watched.all[std::size_t(watched.count++)] = std::move(s);
     EventLog<double, 2, 1> log;
-    const auto result = flow<Tableau>(sys, Vec<double, 0>(), x0, t0, t_end, bounded<2>(tol), log, watched);
+    const auto result =
+        flow<Tableau>(sys, Vec<double, 0>(), x0, t0, t_end, bounded<2>(tol), log, watched);
     const Run<Plane> r{result, log.events};
     INFO(result.message());
     CHECK(faults(r, t_end < t0 ? -1 : 1) == "");
@@ -611,7 +689,8 @@ const auto abscissa = [](double, const V2& x, const Vec<double, 0>&) { return x[
 
 } // namespace
 
-TEMPLATE_TEST_CASE("H28: sections obey direction and terminal", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H28: sections obey direction and terminal", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // (sin t, cos t): cos falls through 0 at pi/2, rises at 3 pi/2
     const double tol = 1e-8;
     auto r = watch<TestType>(circle(), V2(0, 1), 0, 10, {{height}});
@@ -627,16 +706,20 @@ TEMPLATE_TEST_CASE("H28: sections obey direction and terminal", "[hard]", Dorman
     CHECK(std::abs(r.result.x[1]) < 1e-14);
     // three of them, two at once: each once and in order; the second is zero at the start too
     r = watch<TestType>(circle(), V2(0, 1), 0, 4, {{height}, {abscissa}, {height, -1}});
-    check_events(r.events, {{section, 0}, {section, pi / 2}, {section, pi / 2}, {section, pi}}, tol);
+    check_events(r.events, {{section, 0}, {section, pi / 2}, {section, pi / 2}, {section, pi}},
+                 tol);
     CHECK(r.events[2].surface + r.events[3].surface == 2);
     // backwards in time
     r = watch<TestType>(circle(), V2(0, 1), 0, -4, {{abscissa}});
     check_events(r.events, {{section, 0}, {section, -pi}}, tol);
 }
 
-TEMPLATE_TEST_CASE("H28: a section at the start or at the end is met once", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H28: a section at the start or at the end is met once", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const bool terminal = GENERATE(false, true);
-    const auto line = [](double level) { return [level](double, const V2& x, const Vec<double, 0>&) { return x[0] - level; }; };
+    const auto line = [](double level) {
+        return [level](double, const V2& x, const Vec<double, 0>&) { return x[0] - level; };
+    };
     const Plane sys(right, right, [](const auto&, const auto& x) { return x[0] * 0 - 1; });
     // at t0: logged once, and does not end the run
     auto r = watch<TestType>(sys, V2(0.5, 0), 0, 1, {{line(0.5), 0, terminal}});
@@ -658,10 +741,13 @@ TEMPLATE_TEST_CASE("H28: a section at the start or at the end is met once", "[ha
     CHECK(word(r) == "");
 }
 
-TEMPLATE_TEST_CASE("H28: a section and a surface at the same time are one event each", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H28: a section and a surface at the same time are one event each", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const Plane sys(right, right, [](const auto&, const auto& x) { return x[0] - 0.5; });
     const Plane stop(right, left, [](const auto&, const auto& x) { return x[0] - 0.5; });
-    const auto line = [](double level) { return [level](double, const V2& x, const Vec<double, 0>&) { return x[0] - level; }; };
+    const auto line = [](double level) {
+        return [level](double, const V2& x, const Vec<double, 0>&) { return x[0] - level; };
+    };
     const auto clock = [](double t, const V2&, const Vec<double, 0>&) { return t - 0.5; };
     SECTION("a crossing") {
         for (int k = -10; k <= 10; ++k) {
@@ -691,12 +777,16 @@ TEMPLATE_TEST_CASE("H28: a section and a surface at the same time are one event 
 }
 
 TEMPLATE_TEST_CASE("H28: a section is found on a slide", "[hard]", DormandPrince5, DormandPrince8) {
-    const Plane sys([](const auto&, const auto& x) { return like(x, 1, 1); }, [](const auto&, const auto& x) { return like(x, 1, -1); },
+    const Plane sys([](const auto&, const auto& x) { return like(x, 1, 1); },
+                    [](const auto&, const auto& x) { return like(x, 1, -1); },
                     [](const auto&, const auto& x) { return x[1]; });
-    const auto wave = [](double, const V2& x, const Vec<double, 0>&) { return std::sin(20 * x[0] + 1); };
+    const auto wave = [](double, const V2& x, const Vec<double, 0>&) {
+        return std::sin(20 * x[0] + 1);
+    };
     const auto r = watch<TestType>(sys, V2(0, 0), 0, 3, {{wave}});
     CHECK(r.result.status == Status::ok);
     std::vector<Expected> roots;
-    for (int k = 1; (k * pi - 1) / 20 < 3; ++k) roots.push_back({section, (k * pi - 1) / 20});
+    for (int k = 1; (k * pi - 1) / 20 < 3; ++k)
+        roots.push_back({section, (k * pi - 1) / 20});
     check_events(r.events, roots, 1e-13);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hard cases of the decision at a surface: H5-H13, H16, H32, H35, H38, policies where nothing is unique.
-// On h = y most systems here are f1 = (1, L1(x)), f2 = (1, L2(x)): on the surface x is the time.
+// Hard cases of the decision at a surface: H5-H13, H16, H32, H35, H38, policies where nothing is
+// unique. On h = y most systems here are f1 = (1, L1(x)), f2 = (1, L2(x)): on the surface x is the
+// time.
 #include "hard.hpp"
 
 #include <filippov/models/coulomb.hpp>
@@ -26,9 +27,9 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 const auto y_is_h = [](const auto&, const auto& x) { return x[1]; };
 
 /// f1 = (1, l1(x)) below y = 0, f2 = (1, l2(x)) above.
-template <class L1, class L2>
-Plane strip(L1 l1, L2 l2) {
-    return {[l1](const auto&, const auto& x) { return like(x, 1, l1(x[0])); }, [l2](const auto&, const auto& x) { return like(x, 1, l2(x[0])); }, y_is_h};
+template <class L1, class L2> Plane strip(L1 l1, L2 l2) {
+    return {[l1](const auto&, const auto& x) { return like(x, 1, l1(x[0])); },
+            [l2](const auto&, const auto& x) { return like(x, 1, l2(x[0])); }, y_is_h};
 }
 
 const auto down = [](const auto& x) { return x * 0 - 1; };
@@ -40,8 +41,10 @@ const auto minus_x = [](const auto& x) { return -x; };
 
 // --- leaving a slide -----------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H5: a slide ends on a root of L to full accuracy, whatever the tolerance", "[hard]", DormandPrince5, DormandPrince8) {
-    // F1 = (1, cos x) below, F2 = (3, -1) above: a sliding field that is no polynomial; L1 = cos x = 0 at pi/2
+TEMPLATE_TEST_CASE("H5: a slide ends on a root of L to full accuracy, whatever the tolerance",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // F1 = (1, cos x) below, F2 = (3, -1) above: a sliding field that is no polynomial; L1 = cos x
+    // = 0 at pi/2
     const Plane sys(
         [](const auto&, const auto& x) {
             using std::cos;
@@ -56,7 +59,8 @@ TEMPLATE_TEST_CASE("H5: a slide ends on a root of L to full accuracy, whatever t
     CHECK(r.events[1].x_right[1] == 0);
     CHECK(r.events[1].s == Approx(-1).epsilon(4 * eps));
     CHECK(r.events[1].mode_after[0] == -1);
-    // on the surface x' = (1 + 3 cos x)/(1 + cos x): t = int_0^(pi/2) (1 + cos x)/(1 + 3 cos x) dx, by Simpson's rule
+    // on the surface x' = (1 + 3 cos x)/(1 + cos x): t = int_0^(pi/2) (1 + cos x)/(1 + 3 cos x) dx,
+    // by Simpson's rule
     double sum = 0;
     const int n = 2000;
     for (int i = 0; i <= n; ++i) {
@@ -66,17 +70,20 @@ TEMPLATE_TEST_CASE("H5: a slide ends on a root of L to full accuracy, whatever t
     CHECK(r.events[1].t == Approx(sum * pi / 2 / n / 3).epsilon(0).margin(20 * tol));
 }
 
-TEMPLATE_TEST_CASE("H5: a slide ends above where L2 vanishes", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H5: a slide ends above where L2 vanishes", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const auto r = go<TestType>(strip(up, plus_x), V2(-1, 0), 0, 2, bounded<2>(1e-9));
     CHECK(r.result.status == Status::ok);
     check_events(r.events, {{exit_sliding, 1.0}}, 1e-15);
     CHECK(r.events[1].s == Approx(1).epsilon(eps));
-    CHECK(r.result.x[1] == Approx(0.5).epsilon(1e-12));  // y = x^2/2
+    CHECK(r.result.x[1] == Approx(0.5).epsilon(1e-12)); // y = x^2/2
 }
 
-TEMPLATE_TEST_CASE("H6: where L1 vanishes doubly the next derivative decides, and the slide goes on", "[hard]", DormandPrince5,
-                   DormandPrince8) {
-    const auto r = go<TestType>(strip([](const auto& x) { return x * x; }, down), V2(-1, 0), 0, 2, bounded<2>(1e-9));
+TEMPLATE_TEST_CASE(
+    "H6: where L1 vanishes doubly the next derivative decides, and the slide goes on", "[hard]",
+    DormandPrince5, DormandPrince8) {
+    const auto r = go<TestType>(strip([](const auto& x) { return x * x; }, down), V2(-1, 0), 0, 2,
+                                bounded<2>(1e-9));
     CHECK(r.result.status == Status::ok);
     REQUIRE(word(r) == "slide_extremum");
     CHECK(r.events[1].t == Approx(1).epsilon(0).margin(1e-8));
@@ -84,21 +91,26 @@ TEMPLATE_TEST_CASE("H6: where L1 vanishes doubly the next derivative decides, an
     CHECK(r.result.x[1] == 0);
 }
 
-TEMPLATE_TEST_CASE("H6: where L1 vanishes triply it changes sign, and the slide ends", "[hard]", DormandPrince5, DormandPrince8) {
-    const auto r = go<TestType>(strip([](const auto& x) { return -x * x * x; }, down), V2(-1, 0), 0, 2, bounded<2>(1e-9));
+TEMPLATE_TEST_CASE("H6: where L1 vanishes triply it changes sign, and the slide ends", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const auto r = go<TestType>(strip([](const auto& x) { return -x * x * x; }, down), V2(-1, 0), 0,
+                                2, bounded<2>(1e-9));
     CHECK(r.result.status == Status::ok);
     REQUIRE(word(r) == "exit_sliding");
-    CHECK(r.events[1].t == Approx(1).epsilon(0).margin(1e-5));  // 1 + s = x^3 is rounding below 6e-6
+    CHECK(r.events[1].t == Approx(1).epsilon(0).margin(1e-5)); // 1 + s = x^3 is rounding below 6e-6
     CHECK(r.result.x[1] == Approx(-0.25).epsilon(0).margin(1e-9));
 }
 
-TEMPLATE_TEST_CASE("H6: a start on a double zero of L1 goes where the second derivative says", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H6: a start on a double zero of L1 goes where the second derivative says",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     // below: h' = h'' = 0, h''' = +-2: returns to the surface, so it slides, or leaves at once
-    const auto slides = go<TestType>(strip([](const auto& x) { return x * x; }, down), V2(0, 0), 0, 1, bounded<2>(1e-9));
+    const auto slides = go<TestType>(strip([](const auto& x) { return x * x; }, down), V2(0, 0), 0,
+                                     1, bounded<2>(1e-9));
     CHECK(slides.result.status == Status::ok);
     CHECK(word(slides) == "");
     CHECK(slides.result.mode[0] == 0);
-    const auto leaves = go<TestType>(strip([](const auto& x) { return -x * x; }, down), V2(0, 0), 0, 1, bounded<2>(1e-9));
+    const auto leaves = go<TestType>(strip([](const auto& x) { return -x * x; }, down), V2(0, 0), 0,
+                                     1, bounded<2>(1e-9));
     CHECK(leaves.result.status == Status::ok);
     CHECK(word(leaves) == "");
     CHECK(leaves.result.mode[0] == -1);
@@ -107,7 +119,8 @@ TEMPLATE_TEST_CASE("H6: a start on a double zero of L1 goes where the second der
 
 // --- two-folds and repulsion ---------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H7: a two-fold is ambiguous and named", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H7: a two-fold is ambiguous and named", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const auto settings = bounded<2>(1e-9);
     const auto what = [&](const Plane& sys) {
         const auto r = go<TestType>(sys, V2(0, 0), 0, 1, settings);
@@ -118,12 +131,15 @@ TEMPLATE_TEST_CASE("H7: a two-fold is ambiguous and named", "[hard]", DormandPri
         return std::string(r.result.diagnosis.what);
     };
     CHECK(what(strip(minus_x, plus_x)) == "two-fold, visible-visible");
-    CHECK(what(strip(minus_x, [](const auto& x) { return -2 * x; })) == "two-fold, visible-invisible");
-    CHECK(what(strip(plus_x, [](const auto& x) { return 2 * x; })) == "two-fold, visible-invisible");
+    CHECK(what(strip(minus_x, [](const auto& x) { return -2 * x; })) ==
+          "two-fold, visible-invisible");
+    CHECK(what(strip(plus_x, [](const auto& x) { return 2 * x; })) ==
+          "two-fold, visible-invisible");
     CHECK(what(strip(plus_x, minus_x)) == "two-fold, invisible-invisible");
 }
 
-TEMPLATE_TEST_CASE("H7: at a two-fold a policy chooses, and every choice ends", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H7: at a two-fold a policy chooses, and every choice ends", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const auto choose = [](const Plane& sys, NonUnique policy) {
         auto settings = bounded<2>(1e-9);
         settings.on_nonunique = policy;
@@ -138,10 +154,11 @@ TEMPLATE_TEST_CASE("H7: at a two-fold a policy chooses, and every choice ends", 
     CHECK(r.result.status == Status::ok);
     CHECK(r.events[0].mode_after[0] == 1);
     CHECK(r.result.x[1] == Approx(1).epsilon(1e-12));
-    r = choose(visible, NonUnique::stay);  // L1 = L2 = 0 there: no sliding field
+    r = choose(visible, NonUnique::stay); // L1 = L2 = 0 there: no sliding field
     CHECK(r.result.status == Status::ambiguous);
     CHECK(r.result.diagnosis.what == "L1 = L2: no sliding field");
-    // an invisible fold has no orbit on its own side: the choice cannot be kept, which is said, or goes to the surface again
+    // an invisible fold has no orbit on its own side: the choice cannot be kept, which is said, or
+    // goes to the surface again
     const Plane invisible = strip(plus_x, minus_x);
     for (const auto policy : {NonUnique::below, NonUnique::above, NonUnique::stay}) {
         r = choose(invisible, policy);
@@ -157,8 +174,9 @@ TEMPLATE_TEST_CASE("H7: at a two-fold a policy chooses, and every choice ends", 
     CHECK(r.result.counters.events < 50);
 }
 
-TEMPLATE_TEST_CASE("H8: a start where the slide would end at once leaves without a slide of no length", "[hard]", DormandPrince5,
-                   DormandPrince8) {
+TEMPLATE_TEST_CASE(
+    "H8: a start where the slide would end at once leaves without a slide of no length", "[hard]",
+    DormandPrince5, DormandPrince8) {
     const Plane sys = strip(minus_x, down);
     for (const double x0 : {0.0, 1e-17, 1e-12, 1e-6, 0.1}) {
         const auto r = go<TestType>(sys, V2(x0, 0), 0, 1, bounded<2>(1e-9));
@@ -179,7 +197,8 @@ TEMPLATE_TEST_CASE("H8: a start where the slide would end at once leaves without
     }
 }
 
-TEMPLATE_TEST_CASE("H9: starts a rounding error off the surface are classified like those on it", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H9: starts a rounding error off the surface are classified like those on it",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const Plane sys = strip(minus_x, down);
     for (const double x0 : {-1.0, -0.1, -1e-3, 0.0, 1e-3, 1.0}) {
         const auto on = go<TestType>(sys, V2(x0, 0), 0, 2, bounded<2>(1e-9));
@@ -194,7 +213,8 @@ TEMPLATE_TEST_CASE("H9: starts a rounding error off the surface are classified l
     }
 }
 
-TEMPLATE_TEST_CASE("H9: on the oscillator's belt the start is classified alike over forty ulp", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H9: on the oscillator's belt the start is classified alike over forty ulp",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();
     const auto mode_of = [&](double y, double v, double tol) {
@@ -216,7 +236,8 @@ TEMPLATE_TEST_CASE("H9: on the oscillator's belt the start is classified alike o
         int changes = 0, last = 0;
         for (int k = -40; k <= 40; ++k) {
             const int mode = mode_of(4.5 + k * 4 * eps, 1, tol);
-            if (mode != last) ++changes;
+            if (mode != last)
+                ++changes;
             last = mode;
         }
         CHECK(changes == 1);
@@ -224,15 +245,17 @@ TEMPLATE_TEST_CASE("H9: on the oscillator's belt the start is classified alike o
     }
 }
 
-TEMPLATE_TEST_CASE("H10: from repulsive sliding the policy decides, and the result says how", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H10: from repulsive sliding the policy decides, and the result says how",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const models::Quartet sys;
-    const Vec<double, 3> p(-1, 0, 0);  // x' = sign x
+    const Vec<double, 3> p(-1, 0, 0); // x' = sign x
     auto settings = bounded<1>(1e-9);
     auto r = run<TestType>(sys, p, V1(0), 0, 1, settings);
     CHECK(r.result.status == Status::ambiguous);
     CHECK(r.result.t == 0);
     CHECK(r.result.diagnosis.what.find("repulsive") != std::string_view::npos);
-    const std::pair<NonUnique, int> choice[] = {{NonUnique::below, -1}, {NonUnique::above, 1}, {NonUnique::stay, 0}};
+    const std::pair<NonUnique, int> choice[] = {
+        {NonUnique::below, -1}, {NonUnique::above, 1}, {NonUnique::stay, 0}};
     for (const auto& [policy, mode] : choice) {
         settings.on_nonunique = policy;
         r = run<TestType>(sys, p, V1(0), 0, 1, settings);
@@ -245,17 +268,21 @@ TEMPLATE_TEST_CASE("H10: from repulsive sliding the policy decides, and the resu
     }
 }
 
-TEMPLATE_TEST_CASE("H10: a repulsive slide that turns attractive goes on", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H10: a repulsive slide that turns attractive goes on", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // L1 = x - 1 < 0 < L2 = 2 - 2x until x = 1: a visible-visible... at x = 1 both vanish
     auto settings = bounded<2>(1e-9);
     settings.on_nonunique = NonUnique::stay;
-    const auto r = go<TestType>(strip([](const auto& x) { return x - 1; }, [](const auto& x) { return 2 - 2 * x; }), V2(0, 0), 0, 2, settings);
+    const auto r = go<TestType>(
+        strip([](const auto& x) { return x - 1; }, [](const auto& x) { return 2 - 2 * x; }),
+        V2(0, 0), 0, 2, settings);
     CHECK((r.result.status == Status::ambiguous || r.result.status == Status::ok));
     CHECK(r.result.t >= 1 - 1e-9);
     CHECK(std::abs(r.result.x[1]) < 1e-12);
 }
 
-TEMPLATE_TEST_CASE("H11: a slide that turns repulsive through a two-fold stops there", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H11: a slide that turns repulsive through a two-fold stops there", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const Plane sys = strip(minus_x, [](const auto& x) { return 2 * x; });
     auto settings = bounded<2>(1e-9);
     auto r = go<TestType>(sys, V2(-1, 0), 0, 2, settings);
@@ -277,11 +304,13 @@ TEMPLATE_TEST_CASE("H11: a slide that turns repulsive through a two-fold stops t
 
 // --- the boundary of the sliding set -------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H12: an orbit that hits the sliding boundary goes on as its neighbours do", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H12: an orbit that hits the sliding boundary goes on as its neighbours do",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     SECTION("where slides end: the corner is a crossing") {
         for (int k = -50; k <= 50; ++k) {
-            const auto r = go<TestType>(strip(minus_x, down), V2(-1 + k * eps, 1), 0, 2, bounded<2>(tol, 5'000, 20));
+            const auto r = go<TestType>(strip(minus_x, down), V2(-1 + k * eps, 1), 0, 2,
+                                        bounded<2>(tol, 5'000, 20));
             CAPTURE(k, word(r));
             REQUIRE(r.result.status == Status::ok);
             REQUIRE((word(r) == "cross" || word(r) == "enter_sliding exit_sliding"));
@@ -296,40 +325,49 @@ TEMPLATE_TEST_CASE("H12: an orbit that hits the sliding boundary goes on as its 
     }
     SECTION("where slides begin: the corner is an entry") {
         for (int k = -50; k <= 50; ++k) {
-            const auto r = go<TestType>(strip(plus_x, down), V2(-1 + k * eps, 1), 0, 2, bounded<2>(tol, 5'000, 20));
+            const auto r = go<TestType>(strip(plus_x, down), V2(-1 + k * eps, 1), 0, 2,
+                                        bounded<2>(tol, 5'000, 20));
             CAPTURE(k, word(r));
             REQUIRE(r.result.status == Status::ok);
             REQUIRE((word(r) == "enter_sliding" || word(r) == "cross enter_sliding"));
             REQUIRE(std::abs(r.result.x[1]) < 1e-15);
             REQUIRE(r.result.mode[0] == 0);
-            if (k == 0) REQUIRE(word(r) == "enter_sliding");
+            if (k == 0)
+                REQUIRE(word(r) == "enter_sliding");
         }
     }
     SECTION("along a tangent from below, at a visible fold") {
         // y = x^2 / -2 + ... from below touching at (0, 0): stays below, a graze
-        const auto r = go<TestType>(strip(minus_x, down), V2(-1, -0.5), 0, 2, bounded<2>(tol, 5'000, 20));
+        const auto r =
+            go<TestType>(strip(minus_x, down), V2(-1, -0.5), 0, 2, bounded<2>(tol, 5'000, 20));
         REQUIRE(r.result.status == Status::ok);
         REQUIRE((word(r) == "graze" || word(r) == "enter_sliding exit_sliding"));
         REQUIRE(r.result.x[1] == Approx(-0.5).epsilon(100 * tol));
     }
 }
 
-TEMPLATE_TEST_CASE("H13: a slide that nears its boundary stays a slide while |s| <= 1", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H13: a slide that nears its boundary stays a slide while |s| <= 1", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     for (int k = 0; k <= 160; k += 4) {
         const double gap = k == 160 ? 0 : std::pow(10.0, -2 - 0.1 * k);
-        const auto r = go<TestType>(strip([gap](const auto& x) { return x * x + gap; }, down), V2(-1, 0), 0, 2, bounded<2>(tol, 5'000, 20));
+        const auto r = go<TestType>(strip([gap](const auto& x) { return x * x + gap; }, down),
+                                    V2(-1, 0), 0, 2, bounded<2>(tol, 5'000, 20));
         CAPTURE(gap, word(r));
         REQUIRE(r.result.status == Status::ok);
         REQUIRE(r.result.mode[0] == 0);
         REQUIRE((word(r) == "" || word(r) == "slide_extremum"));
-        if (gap == 0) REQUIRE(word(r) == "slide_extremum");
-        if (gap > 10 * tol) REQUIRE(word(r) == "");
-        if (word(r) != "") REQUIRE(r.events[1].t == Approx(1).epsilon(0).margin(1e-6));
+        if (gap == 0)
+            REQUIRE(word(r) == "slide_extremum");
+        if (gap > 10 * tol)
+            REQUIRE(word(r) == "");
+        if (word(r) != "")
+            REQUIRE(r.events[1].t == Approx(1).epsilon(0).margin(1e-6));
     }
 }
 
-TEMPLATE_TEST_CASE("H13: an oscillating s touches its boundary once a period, each found", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H13: an oscillating s touches its boundary once a period, each found", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     // 1 + s = 2 L1/(L1 + 1), L1 = 1 + cos 2 pi x: zero at x = 0.5, 1.5, ...
     const Plane sys = strip(
         [](const auto& x) {
@@ -342,12 +380,15 @@ TEMPLATE_TEST_CASE("H13: an oscillating s touches its boundary once a period, ea
     const auto touches = r.times(slide_extremum);
     REQUIRE(word(r).find("exit") == std::string::npos);
     REQUIRE(touches.size() == 10);
-    for (std::size_t k = 0; k < touches.size(); ++k) CHECK(touches[k] == Approx(0.5 + double(k)).epsilon(0).margin(1e-7));
+    for (std::size_t k = 0; k < touches.size(); ++k)
+        CHECK(touches[k] == Approx(0.5 + double(k)).epsilon(0).margin(1e-7));
 }
 
-TEMPLATE_TEST_CASE("H13: however fast s swings against the steps of a constant field, no exit is missed", "[hard]", DormandPrince5,
-                   DormandPrince8) {
-    // L1 = a + cos 2 pi x < 0 around x = 0.5, 1.5, ...: one exit a unit of time, where cos 2 pi x = -a
+TEMPLATE_TEST_CASE(
+    "H13: however fast s swings against the steps of a constant field, no exit is missed", "[hard]",
+    DormandPrince5, DormandPrince8) {
+    // L1 = a + cos 2 pi x < 0 around x = 0.5, 1.5, ...: one exit a unit of time, where cos 2 pi x =
+    // -a
     for (int k = 0; k < 200; ++k) {
         const double a = 0.6 + 0.3 * k / 200, x0 = 0.3 * k / 200 - 0.3;
         const Plane sys = strip(
@@ -360,28 +401,34 @@ TEMPLATE_TEST_CASE("H13: however fast s swings against the steps of a constant f
         CAPTURE(a, x0);
         REQUIRE(r.result.status == Status::ok);
         std::vector<double> exits;
-        for (double t = std::acos(-a) / (2 * pi) - x0; t < 6.2; t += 1) exits.push_back(t);
+        for (double t = std::acos(-a) / (2 * pi) - x0; t < 6.2; t += 1)
+            exits.push_back(t);
         const auto found = r.times(exit_sliding);
         REQUIRE(found.size() == exits.size());
-        for (std::size_t i = 0; i < exits.size(); ++i) REQUIRE(found[i] == Approx(exits[i]).epsilon(0).margin(1e-12));
+        for (std::size_t i = 0; i < exits.size(); ++i)
+            REQUIRE(found[i] == Approx(exits[i]).epsilon(0).margin(1e-12));
     }
 }
 
-TEMPLATE_TEST_CASE("H16: a normal component of rounding size at contact is decided by a rule", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H16: a normal component of rounding size at contact is decided by a rule",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     // contact at x = d, where L1 = +-d: from 1e-18 to 1e-12, from above and from below
     for (int k = 0; k <= 60; ++k)
         for (int sign = -1; sign <= 1; sign += 2) {
             const double d = sign * std::pow(10.0, -18 + 0.1 * k);
             CAPTURE(d, tol);
-            const auto ends = go<TestType>(strip(minus_x, down), V2(-1 + d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
+            const auto ends =
+                go<TestType>(strip(minus_x, down), V2(-1 + d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
             REQUIRE(ends.result.status == Status::ok);
             REQUIRE(ends.result.x[1] == Approx(-0.5).epsilon(1e-9));
-            const auto begins = go<TestType>(strip(plus_x, down), V2(-1 + d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
+            const auto begins =
+                go<TestType>(strip(plus_x, down), V2(-1 + d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
             REQUIRE(begins.result.status == Status::ok);
             REQUIRE(begins.result.mode[0] == 0);
             // L2 of rounding size too: L1 = 1, contact from below where L2 = +-d
-            const auto above = go<TestType>(strip(up, plus_x), V2(-1 + d, -1), 0, 2, bounded<2>(tol, 5'000, 20));
+            const auto above =
+                go<TestType>(strip(up, plus_x), V2(-1 + d, -1), 0, 2, bounded<2>(tol, 5'000, 20));
             REQUIRE(above.result.status == Status::ok);
             REQUIRE(above.result.x[1] == Approx(0.5).epsilon(1e-9));
         }
@@ -389,12 +436,14 @@ TEMPLATE_TEST_CASE("H16: a normal component of rounding size at contact is decid
 
 // --- short visits --------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H32: a slide is kept if its ends differ, else it is a crossing", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H32: a slide is kept if its ends differ, else it is a crossing", "[hard]",
+                   DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-3, 1e-6, 1e-9, 1e-12);
     for (int k = 30; k <= 165; ++k) {
         // contact at x = -d, exit at x = 0
         const double d = std::pow(10.0, -0.1 * k);
-        const auto r = go<TestType>(strip(minus_x, down), V2(-1 - d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
+        const auto r =
+            go<TestType>(strip(minus_x, down), V2(-1 - d, 1), 0, 2, bounded<2>(tol, 5'000, 20));
         CAPTURE(d, tol, word(r));
         REQUIRE(r.result.status == Status::ok);
         REQUIRE((word(r) == "enter_sliding exit_sliding" || word(r) == "cross"));
@@ -402,26 +451,31 @@ TEMPLATE_TEST_CASE("H32: a slide is kept if its ends differ, else it is a crossi
             REQUIRE(r.events[2].t > r.events[1].t);
             REQUIRE(r.events[2].t - r.events[1].t == Approx(d).epsilon(0).margin(4 * eps));
         }
-        if (d >= 1e-12) REQUIRE(word(r) == "enter_sliding exit_sliding");
+        if (d >= 1e-12)
+            REQUIRE(word(r) == "enter_sliding exit_sliding");
         REQUIRE(r.result.x[1] == Approx(-0.5 * (1 - d) * (1 - d)).epsilon(1e-9));
     }
 }
 
-TEMPLATE_TEST_CASE("H32: a slip is kept if its ends differ", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H32: a slip is kept if its ends differ", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // crosses at x = -d and is back at x = d, where it sticks
     for (int k = 30; k <= 165; ++k) {
         const double d = std::pow(10.0, -0.1 * k);
-        const auto r = go<TestType>(strip(plus_x, down), V2(-1 - d, 1), 0, 2, bounded<2>(1e-9, 5'000, 20));
+        const auto r =
+            go<TestType>(strip(plus_x, down), V2(-1 - d, 1), 0, 2, bounded<2>(1e-9, 5'000, 20));
         CAPTURE(d, word(r));
         REQUIRE(r.result.status == Status::ok);
         REQUIRE((word(r) == "cross enter_sliding" || word(r) == "enter_sliding"));
-        if (d >= 1e-6) REQUIRE(word(r) == "cross enter_sliding");  // below, its depth d^2/2 is rounding of h
+        if (d >= 1e-6)
+            REQUIRE(word(r) == "cross enter_sliding"); // below, its depth d^2/2 is rounding of h
     }
 }
 
 // --- backward time -------------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H35: backward time undoes crossings to the tolerance", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H35: backward time undoes crossings to the tolerance", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const double tol = GENERATE(1e-6, 1e-9, 1e-12);
     const models::UnitCircle sys;
     const auto p = default_params<models::UnitCircle>();
@@ -437,9 +491,11 @@ TEMPLATE_TEST_CASE("H35: backward time undoes crossings to the tolerance", "[har
     CHECK((back.result.x - x0).norm() < 1000 * tol);
 }
 
-TEMPLATE_TEST_CASE("H35: backward time undoes many crossings", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H35: backward time undoes many crossings", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     // a pendulum with a stronger spring on one side: half periods pi and pi/2
-    const Plane sys([](const auto&, const auto& x) { return like(x, x[1], -x[0]); }, [](const auto&, const auto& x) { return like(x, x[1], -4 * x[0]); },
+    const Plane sys([](const auto&, const auto& x) { return like(x, x[1], -x[0]); },
+                    [](const auto&, const auto& x) { return like(x, x[1], -4 * x[0]); },
                     [](const auto&, const auto& x) { return x[0]; });
     const auto there = go<TestType>(sys, V2(-1, 0), 0, 20, bounded<2>(1e-11));
     const auto back = go<TestType>(sys, there.result.x, 20, 0, bounded<2>(1e-11));
@@ -448,13 +504,16 @@ TEMPLATE_TEST_CASE("H35: backward time undoes many crossings", "[hard]", Dormand
     const auto a = there.times(cross), b = back.times(cross);
     // crossings at pi/2, pi, 5 pi/2 - pi/2 ...: gaps pi/2 (above) and pi (below) in turn
     REQUIRE(a.size() == 8);
-    for (std::size_t k = 0; k + 1 < a.size(); ++k) CHECK(a[k + 1] - a[k] == Approx(k % 2 == 0 ? pi / 2 : pi).epsilon(0).margin(1e-8));
+    for (std::size_t k = 0; k + 1 < a.size(); ++k)
+        CHECK(a[k + 1] - a[k] == Approx(k % 2 == 0 ? pi / 2 : pi).epsilon(0).margin(1e-8));
     REQUIRE(b.size() == a.size());
-    for (std::size_t k = 0; k < a.size(); ++k) CHECK(b[k] == Approx(a[a.size() - 1 - k]).epsilon(0).margin(1e-8));
+    for (std::size_t k = 0; k < a.size(); ++k)
+        CHECK(b[k] == Approx(a[a.size() - 1 - k]).epsilon(0).margin(1e-8));
     CHECK((back.result.x - V2(-1, 0)).norm() < 1e-8);
 }
 
-TEMPLATE_TEST_CASE("H35: backward from a slide is ambiguous", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H35: backward from a slide is ambiguous", "[hard]", DormandPrince5,
+                   DormandPrince8) {
     const Plane sys = strip(up, down);
     const auto r = go<TestType>(sys, V2(0, 0), 0, -1, bounded<2>(1e-9));
     CHECK(r.result.status == Status::ambiguous);
@@ -472,8 +531,9 @@ TEMPLATE_TEST_CASE("H35: backward from a slide is ambiguous", "[hard]", DormandP
 
 // --- static friction -----------------------------------------------------------------------------
 
-TEMPLATE_TEST_CASE("H38: static friction above kinetic is the named model, and it stick-slips in closed form", "[hard]", DormandPrince5,
-                   DormandPrince8) {
+TEMPLATE_TEST_CASE(
+    "H38: static friction above kinetic is the named model, and it stick-slips in closed form",
+    "[hard]", DormandPrince5, DormandPrince8) {
     // weight 10, mu_0 = 0.3, mu_s = 0.4, no forcing: sticks until y = 4, slips as y - 3 = cos + sin
     // for 3 pi/2, sticks again at y = 2, and so on with period 2 + 3 pi/2
     const models::Stiction sys;
@@ -486,14 +546,16 @@ TEMPLATE_TEST_CASE("H38: static friction above kinetic is the named model, and i
     std::vector<Expected> expected;
     for (double t = 4; t < 30; t += 2 + 1.5 * pi) {
         expected.push_back({exit_sliding, t});
-        if (t + 1.5 * pi < 30) expected.push_back({enter_sliding, t + 1.5 * pi});
+        if (t + 1.5 * pi < 30)
+            expected.push_back({enter_sliding, t + 1.5 * pi});
     }
     check_events(r.events, expected, 1000 * tol);
     CHECK(r.events[1].x_right[0] == Approx(4).epsilon(0).margin(1e-14));
     CHECK(r.events[2].x_right[0] == Approx(2).epsilon(0).margin(100 * tol));
 }
 
-TEMPLATE_TEST_CASE("H38: between kinetic and static friction a stick is kept, beyond it slips", "[hard]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("H38: between kinetic and static friction a stick is kept, beyond it slips",
+                   "[hard]", DormandPrince5, DormandPrince8) {
     const models::Stiction sys;
     auto p = default_params<models::Stiction>();
     p[0] = 0;
@@ -502,8 +564,10 @@ TEMPLATE_TEST_CASE("H38: between kinetic and static friction a stick is kept, be
         CHECK(r.result.status == Status::ok);
         CHECK(r.events[0].mode_after[0] == 0);
     }
-    CHECK(run<TestType>(sys, p, V2(4.1, 1), 0, 1e-3, bounded<2>(1e-9)).events[0].mode_after[0] == -1);
-    CHECK(run<TestType>(sys, p, V2(-4.1, 1), 0, 1e-3, bounded<2>(1e-9)).events[0].mode_after[0] == +1);
+    CHECK(run<TestType>(sys, p, V2(4.1, 1), 0, 1e-3, bounded<2>(1e-9)).events[0].mode_after[0] ==
+          -1);
+    CHECK(run<TestType>(sys, p, V2(-4.1, 1), 0, 1e-3, bounded<2>(1e-9)).events[0].mode_after[0] ==
+          +1);
     const auto edge = run<TestType>(sys, p, V2(4, 1), 0, 1e-3, bounded<2>(1e-9));
     CHECK(edge.result.status == Status::ok);
     CHECK(edge.events[0].mode_after[0] == -1);

@@ -16,13 +16,15 @@ std::atomic<long long> allocations{0};
 
 void* counted(std::size_t size) {
     ++allocations;
-    if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+    if (void* p = std::malloc(size > 0 ? size : 1))
+        return p;
     throw std::bad_alloc();
 }
 void* counted(std::size_t size, std::align_val_t align) {
     ++allocations;
     const std::size_t a = static_cast<std::size_t>(align);
-    if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
+    if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a))
+        return p;
     throw std::bad_alloc();
 }
 
@@ -32,8 +34,12 @@ void* operator new(std::size_t size) { return counted(size); }
 void* operator new[](std::size_t size) { return counted(size); }
 void* operator new(std::size_t size, std::align_val_t align) { return counted(size, align); }
 void* operator new[](std::size_t size, std::align_val_t align) { return counted(size, align); }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return ++allocations, std::malloc(size > 0 ? size : 1); }
-void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return ++allocations, std::malloc(size > 0 ? size : 1); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+    return ++allocations, std::malloc(size > 0 ? size : 1);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+    return ++allocations, std::malloc(size > 0 ? size : 1);
+}
 void operator delete(void* p) noexcept { std::free(p); }
 void operator delete[](void* p) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t) noexcept { std::free(p); }
@@ -48,8 +54,7 @@ using namespace filippov;
 namespace {
 
 /// Allocations while `work` runs; Eigen's stop the program.
-template <class Work>
-long long allocated(Work work) {
+template <class Work> long long allocated(Work work) {
     const long long before = allocations;
     Eigen::internal::set_is_malloc_allowed(false);
     work();
@@ -88,11 +93,17 @@ TEST_CASE("no_allocation: the counter counts", "[no_allocation]") {
     CHECK(n == 1);
     n = allocated([] { delete new int(1); });
     CHECK(n == 1);
-    n = allocated([] { struct alignas(64) Wide { double x[8]; }; delete new Wide; });
+    n = allocated([] {
+        struct alignas(64) Wide {
+            double x[8];
+        };
+        delete new Wide;
+    });
     CHECK(n == 1);
 }
 
-TEMPLATE_TEST_CASE("no_allocation: a run into a log with room allocates nothing", "[no_allocation]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("no_allocation: a run into a log with room allocates nothing", "[no_allocation]",
+                   DormandPrince5, DormandPrince8) {
     check<TestType>(models::Oscillator{}, Vec<double, 2>(0, 0), 100);
 }
 
@@ -106,7 +117,10 @@ TEST_CASE("no_allocation: a run that keeps nothing allocates nothing", "[no_allo
     const auto settings = tolerance<2>(1e-9);
     Nothing nothing;
     long long events = 0;
-    const long long n = allocated([&] { events = flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing).counters.events; });
+    const long long n = allocated([&] {
+        events = flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing)
+                     .counters.events;
+    });
     CHECK(n == 0);
     CHECK(events > 10);
 }
@@ -118,7 +132,10 @@ TEST_CASE("no_allocation: a run that fails allocates nothing", "[no_allocation]"
     Nothing nothing;
     Status status = Status::ok;
     const Vec<double, 2> x0(0, 0);
-    const long long n = allocated([&] { status = flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing).status; });
+    const long long n = allocated([&] {
+        status =
+            flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing).status;
+    });
     CHECK(n == 0);
     CHECK(status == Status::max_steps);
 }

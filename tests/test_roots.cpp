@@ -20,8 +20,7 @@ struct Result {
 };
 
 /// `first_contact` of g, with its evaluations counted.
-template <class G>
-Result contact(G g, double band = 0) {
+template <class G> Result contact(G g, double band = 0) {
     Result r{Contact::none, -1, 0};
     const auto counted = [&](double theta) {
         ++r.evaluations;
@@ -36,11 +35,11 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 // `bracketed_root` promises six digits.
 constexpr double six_digits = 1e-6;
 
-// Worst case: 2047 pieces of five evaluations, and in each of the 1024 smallest a minimum of 27; then one bracket of 100.
+// Worst case: 2047 pieces of five evaluations, and in each of the 1024 smallest a minimum of 27;
+// then one bracket of 100.
 constexpr int bound = 2047 * 5 + 1024 * 27 + 100;
 
-template <class G>
-void check_root(G g, double expected, double margin = six_digits) {
+template <class G> void check_root(G g, double expected, double margin = six_digits) {
     const Result r = contact(g);
     CAPTURE(expected, r.evaluations);
     CHECK(r.contact == Contact::root);
@@ -50,7 +49,9 @@ void check_root(G g, double expected, double margin = six_digits) {
 
 } // namespace
 
-TEST_CASE("bracketed_root: finds the change of sign to six digits in a bounded number of evaluations", "[roots]") {
+TEST_CASE(
+    "bracketed_root: finds the change of sign to six digits in a bounded number of evaluations",
+    "[roots]") {
     const auto find = [](auto g, double positive, double negative) {
         int n = 0;
         const auto counted = [&](double x) {
@@ -62,22 +63,28 @@ TEST_CASE("bracketed_root: finds the change of sign to six digits in a bounded n
         return root;
     };
     CHECK(std::abs(find([](double x) { return 0.3 - x; }, 0, 1) - 0.3) <= six_digits);
-    CHECK(std::abs(find([](double x) { return x - 0.3; }, 1, 0) - 0.3) <= six_digits);  // bracket the other way round
-    CHECK(std::abs(find([](double x) { return std::cos(x); }, 0, 3) - std::acos(0.0)) <= 2 * six_digits);
+    CHECK(std::abs(find([](double x) { return x - 0.3; }, 1, 0) - 0.3) <=
+          six_digits); // bracket the other way round
+    CHECK(std::abs(find([](double x) { return std::cos(x); }, 0, 3) - std::acos(0.0)) <=
+          2 * six_digits);
     CHECK(std::abs(find([](double x) { return std::pow(0.7 - x, 3); }, 0, 1) - 0.7) <= six_digits);
     CHECK(std::abs(find([](double x) { return std::pow(0.7 - x, 9); }, 0, 1) - 0.7) <= six_digits);
     CHECK(std::abs(find([](double x) { return std::cbrt(0.7 - x); }, 0, 1) - 0.7) <= six_digits);
     CHECK(std::abs(find([](double x) { return 1e-300 * (0.3 - x); }, 0, 1) - 0.3) <= six_digits);
-    CHECK(std::abs(find([](double x) { return std::exp(-40 * x) - 1e-12; }, 0, 1) - std::log(1e12) / 40) <= six_digits);
-    CHECK(std::abs(find([](double x) { return x < 0.618 ? 1.0 : -1.0; }, 0, 1) - 0.618) <= six_digits);
-    CHECK(std::abs(find([](double x) { return x < 0.618 ? 1.0 : not_a_number; }, 0, 1) - 0.618) <= six_digits);
+    CHECK(std::abs(find([](double x) { return std::exp(-40 * x) - 1e-12; }, 0, 1) -
+                   std::log(1e12) / 40) <= six_digits);
+    CHECK(std::abs(find([](double x) { return x < 0.618 ? 1.0 : -1.0; }, 0, 1) - 0.618) <=
+          six_digits);
+    CHECK(std::abs(find([](double x) { return x < 0.618 ? 1.0 : not_a_number; }, 0, 1) - 0.618) <=
+          six_digits);
     // relative digits: a root near the start of a step
     CHECK(std::abs(find([](double x) { return 1e-7 - x; }, 0, 1) / 1e-7 - 1) <= six_digits);
 }
 
 TEST_CASE("minimum: finds a minimum well enough to start Newton's iteration", "[roots]") {
     // 24 golden sections shrink the interval to 1e-5
-    CHECK(std::abs(minimum([](double x) { return (x - 0.37) * (x - 0.37); }, 0.0, 1.0) - 0.37) < 1e-5);
+    CHECK(std::abs(minimum([](double x) { return (x - 0.37) * (x - 0.37); }, 0.0, 1.0) - 0.37) <
+          1e-5);
     CHECK(std::abs(minimum([](double x) { return std::abs(x - 0.37); }, 0.0, 1.0) - 0.37) < 1e-5);
     CHECK(minimum([](double x) { return x; }, 0.0, 1.0) < 1e-5);
     CHECK(minimum([](double x) { return -x; }, 0.0, 1.0) > 1 - 1e-5);
@@ -90,7 +97,7 @@ TEST_CASE("first_contact: finds simple roots", "[roots]") {
         check_root([&](double x) { return 1e-200 * (root - x); }, root);
     }
     check_root([](double x) { return std::cos(3 * x); }, std::acos(0.0) / 3);
-    check_root([](double x) { return 1 - x; }, 1);  // at the very end
+    check_root([](double x) { return 1 - x; }, 1); // at the very end
 }
 
 TEST_CASE("first_contact: reports nothing where there is nothing, and cheaply", "[roots]") {
@@ -101,7 +108,8 @@ TEST_CASE("first_contact: reports nothing where there is nothing, and cheaply", 
     };
     check([](double) { return 1.0; }, 5);
     check([](double x) { return 0.01 + x; }, 5);
-    check([](double x) { return 0.1 + (x - 0.5) * (x - 0.5); }, 5);  // a cubic is seen through at once
+    check([](double x) { return 0.1 + (x - 0.5) * (x - 0.5); },
+          5); // a cubic is seen through at once
     check([](double x) { return 1.1 + std::cos(3 * x); }, 25);
     check([](double x) { return 0.001 + (x - 0.5) * (x - 0.5); }, 35);
     check([](double x) { return 1.001 - x; }, 35);
@@ -111,9 +119,14 @@ TEST_CASE("first_contact: finds the first of a close pair", "[roots]") {
     for (const double gap : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) {
         CAPTURE(gap);
         for (const double at : {0.05, 0.21, 0.5, 0.777, 0.95}) {
-            check_root([&](double x) { return (x - at) * (x - at - gap); }, at, 1e-6 * at + 1e-4 * gap);
+            check_root([&](double x) { return (x - at) * (x - at - gap); }, at,
+                       1e-6 * at + 1e-4 * gap);
             // on a function that is no cubic
-            check_root([&](double x) { return (x - at) * (x - at - gap) * std::exp(2 * x) * (1.5 + std::sin(4 * x)); }, at, 1e-6 * at + 1e-4 * gap);
+            check_root(
+                [&](double x) {
+                    return (x - at) * (x - at - gap) * std::exp(2 * x) * (1.5 + std::sin(4 * x));
+                },
+                at, 1e-6 * at + 1e-4 * gap);
         }
     }
 }
@@ -126,14 +139,19 @@ TEST_CASE("first_contact: finds triple roots", "[roots]") {
     }
 }
 
-TEST_CASE("first_contact: a minimum within the band is a touch, one above it is nothing, one below zero a root", "[roots]") {
+TEST_CASE("first_contact: a minimum within the band is a touch, one above it is nothing, one below "
+          "zero a root",
+          "[roots]") {
     const double band = 1e-8;
     for (const double at : {0.08, 0.37, 0.5, 0.9}) {
         CAPTURE(at);
-        const auto bowl = [&](double depth) { return [=](double x) { return (x - at) * (x - at) * (1 + 0.3 * x) + depth; }; };
+        const auto bowl = [&](double depth) {
+            return [=](double x) { return (x - at) * (x - at) * (1 + 0.3 * x) + depth; };
+        };
         Result r = contact(bowl(0.5e-8), band);
         CHECK(r.contact == Contact::touch);
-        CHECK(std::abs(r.theta - at) < 1e-4);  // the minimum of a bowl is flat: a value to 1e-8 is a place to 1e-4
+        CHECK(std::abs(r.theta - at) <
+              1e-4); // the minimum of a bowl is flat: a value to 1e-8 is a place to 1e-4
         r = contact(bowl(-0.5e-8), band);
         CHECK(r.contact == Contact::touch);
         r = contact(bowl(4e-8), band);
@@ -148,11 +166,15 @@ TEST_CASE("first_contact: a minimum within the band is a touch, one above it is 
 }
 
 TEST_CASE("first_contact: a touch does not hide a root before it, nor a root a touch", "[roots]") {
-    const auto root_then_touch = [](double x) { return (0.2 - x) * ((x - 0.6) * (x - 0.6) + 1e-10); };
+    const auto root_then_touch = [](double x) {
+        return (0.2 - x) * ((x - 0.6) * (x - 0.6) + 1e-10);
+    };
     Result r = contact(root_then_touch, 1e-8);
     CHECK(r.contact == Contact::root);
     CHECK(std::abs(r.theta - 0.2) <= six_digits);
-    const auto touch_then_root = [](double x) { return (0.8 - x) * ((x - 0.4) * (x - 0.4) + 1e-10); };
+    const auto touch_then_root = [](double x) {
+        return (0.8 - x) * ((x - 0.4) * (x - 0.4) + 1e-10);
+    };
     r = contact(touch_then_root, 1e-8);
     CHECK(r.contact == Contact::touch);
     CHECK(std::abs(r.theta - 0.4) < 1e-4);
@@ -162,15 +184,18 @@ TEST_CASE("first_contact: a touch does not hide a root before it, nor a root a t
 }
 
 TEST_CASE("first_contact: finds the first of several oscillations", "[roots]") {
-    // Six samples of the whole step cannot see more than three swings; a step of a few digits has less than one.
+    // Six samples of the whole step cannot see more than three swings; a step of a few digits has
+    // less than one.
     for (const double frequency : {6.0, 9.0, 12.0, 15.0, 18.0}) {
         CAPTURE(frequency);
         check_root([&](double x) { return std::cos(frequency * x); }, std::acos(0.0) / frequency);
-        check_root([&](double x) { return 0.5 + std::cos(frequency * x); }, std::acos(-0.5) / frequency);
+        check_root([&](double x) { return 0.5 + std::cos(frequency * x); },
+                   std::acos(-0.5) / frequency);
         // swings that grow, the first one too small to reach zero
         const auto g = [&](double x) { return 1.2 - std::exp(x) * std::cos(frequency * x + 2); };
         double first = 0;
-        while (g(first) > 0) first += 1e-6;
+        while (g(first) > 0)
+            first += 1e-6;
         check_root(g, first, 2e-6);
     }
 }
@@ -181,12 +206,15 @@ TEST_CASE("first_contact: kinks and jumps end in bisection", "[roots]") {
     check_root([](double x) { return std::max(0.1, 0.7 - x) - std::max(0.0, x - 0.8) * 2; }, 0.85);
     check_root([](double x) { return x < 0.6180339 ? 1.0 : -1.0; }, 0.6180339);
     check_root([](double x) { return x < 0.6180339 ? 1.0 + x : -1e-9; }, 0.6180339);
-    check_root([](double x) { return x < 0.25 ? 1.0 : x < 0.75 ? -1.0 : 1.0; }, 0.25);  // there and back
+    check_root([](double x) { return x < 0.25   ? 1.0
+                                     : x < 0.75 ? -1.0
+                                                : 1.0; },
+               0.25); // there and back
 }
 
 TEST_CASE("first_contact: a function that is not finite beyond a point ends there", "[roots]") {
     check_root([](double x) { return x < 0.7 ? 1 - x : not_a_number; }, 0.7);
-    check_root([](double x) { return std::sqrt(0.25 - x); }, 0.25);  // positive, then NaN
+    check_root([](double x) { return std::sqrt(0.25 - x); }, 0.25); // positive, then NaN
     const Result before = contact([](double x) { return x < 0.7 ? 0.3 - x : not_a_number; });
     CHECK(before.contact == Contact::root);
     CHECK(std::abs(before.theta - 0.3) <= six_digits);
@@ -194,7 +222,9 @@ TEST_CASE("first_contact: a function that is not finite beyond a point ends ther
 
 TEST_CASE("first_contact: work is bounded whatever the function", "[roots]") {
     std::mt19937 random(3);
-    const auto noise = [&](double) { return 1e-9 + static_cast<double>(random()) / 4294967296.0; };  // never a root
+    const auto noise = [&](double) {
+        return 1e-9 + static_cast<double>(random()) / 4294967296.0;
+    }; // never a root
     const Result r = contact(noise, 1e-12);
     CHECK(r.contact == Contact::none);
     CHECK(r.evaluations <= bound);
@@ -203,34 +233,43 @@ TEST_CASE("first_contact: work is bounded whatever the function", "[roots]") {
     CHECK(q.evaluations <= bound);
     CHECK(contact([](double x) { return x == 0 ? 1.0 : not_a_number; }).evaluations <= bound);
     CHECK(contact([](double x) { return x == 0 ? 1.0 : 1 / x; }).evaluations <= bound);
-    CHECK(contact([](double) { return std::numeric_limits<double>::infinity(); }).evaluations <= bound);
+    CHECK(contact([](double) { return std::numeric_limits<double>::infinity(); }).evaluations <=
+          bound);
 }
 
 namespace {
 
-/// Polynomials of degree seven, as an interpolant of the 8th-order pair is one, with seven real roots around (0, 1):
-/// how many have one there, and how often another one or none was found first.
+/// Polynomials of degree seven, as an interpolant of the 8th-order pair is one, with seven real
+/// roots around (0, 1): how many have one there, and how often another one or none was found first.
 struct Sample {
     int total = 0, wrong = 0;
 };
 Sample random_polynomials(int n, double least_gap, bool pairs) {
     std::mt19937 random(4);
-    const auto uniform = [&](double a, double b) { return a + (b - a) * (static_cast<double>(random()) / 4294967296.0); };
+    const auto uniform = [&](double a, double b) {
+        return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
+    };
     Sample sample;
     for (int k = 0; k < n; ++k) {
         std::array<double, 7> roots;
-        for (double& root : roots) root = uniform(-0.5, 1.5);
-        if (pairs) roots[1] = roots[0] + std::pow(10.0, uniform(-4, -1));
+        for (double& root : roots)
+            root = uniform(-0.5, 1.5);
+        if (pairs)
+            roots[1] = roots[0] + std::pow(10.0, uniform(-4, -1));
         double first = 2, gap = 1;
         for (std::size_t i = 0; i < roots.size(); ++i) {
-            if (roots[i] > 0) first = std::min(first, roots[i]);
-            for (std::size_t j = 0; j < i; ++j) gap = std::min(gap, std::abs(roots[i] - roots[j]));
+            if (roots[i] > 0)
+                first = std::min(first, roots[i]);
+            for (std::size_t j = 0; j < i; ++j)
+                gap = std::min(gap, std::abs(roots[i] - roots[j]));
             gap = std::min({gap, std::abs(roots[i]), std::abs(roots[i] - 1)});
         }
-        if (first > 1 || gap < least_gap) continue;
+        if (first > 1 || gap < least_gap)
+            continue;
         const auto product = [&](double x) {
             double v = 1;
-            for (const double root : roots) v *= x - root;
+            for (const double root : roots)
+                v *= x - root;
             return v;
         };
         const double orientation = product(0) > 0 ? 1 : -1;
@@ -243,15 +282,19 @@ Sample random_polynomials(int n, double least_gap, bool pairs) {
 
 } // namespace
 
-TEST_CASE("first_contact: finds the first root of random polynomials whose roots are 0.02 apart", "[roots]") {
+TEST_CASE("first_contact: finds the first root of random polynomials whose roots are 0.02 apart",
+          "[roots]") {
     const Sample s = random_polynomials(40'000, 0.02, false);
     CAPTURE(s.total);
     CHECK(s.total > 5000);
     CHECK(s.wrong == 0);
 }
 
-TEST_CASE("first_contact: misses a close pair in fewer than one of a thousand random polynomials that have one", "[roots]") {
-    // Pairs 1e-4 to 1e-1 apart: the dip between them can be smaller than what the prediction of a piece is off.
+TEST_CASE("first_contact: misses a close pair in fewer than one of a thousand random polynomials "
+          "that have one",
+          "[roots]") {
+    // Pairs 1e-4 to 1e-1 apart: the dip between them can be smaller than what the prediction of a
+    // piece is off.
     const Sample s = random_polynomials(20'000, 1e-4, true);
     CAPTURE(s.total);
     CHECK(s.total > 10'000);
@@ -264,5 +307,6 @@ TEMPLATE_TEST_CASE("first_contact: works in every scalar", "[roots]", float, lon
     CHECK(first_contact([](S x) { return S(0.3) - x; }, S(0.3), S(0), theta) == Contact::root);
     CHECK(std::abs(theta - S(0.3)) <= S(six_digits));
     CHECK(first_contact([](S x) { return S(1) + x; }, S(1), S(0), theta) == Contact::none);
-    CHECK(first_contact([](S x) { return (x - S(0.4)) * (x - S(0.4)); }, S(0.16), S(1e-5), theta) == Contact::touch);
+    CHECK(first_contact([](S x) { return (x - S(0.4)) * (x - S(0.4)); }, S(0.16), S(1e-5), theta) ==
+          Contact::touch);
 }

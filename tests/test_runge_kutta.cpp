@@ -13,23 +13,23 @@ namespace {
 
 using R = long double;
 
-/// Rounding of a sum of products of thirty-digit coefficients, `size` the sum of their absolute values.
+/// Rounding of a sum of products of thirty-digit coefficients, `size` the sum of their absolute
+/// values.
 R rounding(R size) { return 16 * epsilon<R> * (1 + size); }
 
-/// x' = x (1 - r^2) - t y, y' = y (1 - r^2) + t x: a limit cycle run through ever faster, with a closed form.
-template <class S>
-Vec<S, 2> field(const S& t, const Vec<S, 2>& x) {
+/// x' = x (1 - r^2) - t y, y' = y (1 - r^2) + t x: a limit cycle run through ever faster, with a
+/// closed form.
+template <class S> Vec<S, 2> field(const S& t, const Vec<S, 2>& x) {
     const S growth = S(1) - x[0] * x[0] - x[1] * x[1];
     return {x[0] * growth - t * x[1], x[1] * growth + t * x[0]};
 }
-template <class S>
-Vec<S, 2> solution(const S& t) {
-    const S r = S(1) / std::sqrt(S(1) + S(3) * std::exp(S(-2) * t)), angle = t * t / S(2);  // r(0) = 1/2
+template <class S> Vec<S, 2> solution(const S& t) {
+    const S r = S(1) / std::sqrt(S(1) + S(3) * std::exp(S(-2) * t)),
+            angle = t * t / S(2); // r(0) = 1/2
     return {r * std::cos(angle), r * std::sin(angle)};
 }
 
-template <class S>
-double slope(const std::vector<S>& steps, const std::vector<S>& errors) {
+template <class S> double slope(const std::vector<S>& steps, const std::vector<S>& errors) {
     const auto log = [](const S& v) { return std::log(static_cast<double>(v)); };
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -43,8 +43,7 @@ double slope(const std::vector<S>& steps, const std::vector<S>& errors) {
 constexpr int n_steps_5[] = {20, 25, 31, 39, 49, 61, 76, 95, 119};
 constexpr int n_steps_8[] = {8, 9, 10, 12, 14, 17, 20, 24, 28};
 
-template <class Tableau, class S>
-double order_of_state() {
+template <class Tableau, class S> double order_of_state() {
     const auto& counts = Tableau::order == 5 ? n_steps_5 : n_steps_8;
     const auto rhs = [](const S&, const S& t, const Vec<S, 2>& x) { return field(t, x); };
     std::vector<S> steps, errors;
@@ -65,8 +64,7 @@ double order_of_state() {
 }
 
 /// Orders, in the length of one step from exact data, of: the interpolant, the error estimate.
-template <class Tableau>
-std::array<double, 2> order_of_step() {
+template <class Tableau> std::array<double, 2> order_of_step() {
     std::vector<R> steps, dense, estimate;
     auto rhs = [](const R&, const R& t, const Vec<R, 2>& x) { return field(t, x); };
     const R t0 = 0.5L;
@@ -82,7 +80,8 @@ std::array<double, 2> order_of_step() {
         R worst = 0;
         for (int k = 1; k < 40; ++k) {
             const R theta = R(k) / 40;
-            worst = std::max(worst, (p(theta) - solution(R(t0 + theta * dt))).cwiseAbs().maxCoeff());
+            worst =
+                std::max(worst, (p(theta) - solution(R(t0 + theta * dt))).cwiseAbs().maxCoeff());
         }
         steps.push_back(dt);
         dense.push_back(worst);
@@ -92,41 +91,49 @@ std::array<double, 2> order_of_step() {
 
 } // namespace
 
-TEMPLATE_TEST_CASE("runge_kutta: rows of the tableau sum to the nodes", "[runge_kutta]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("runge_kutta: rows of the tableau sum to the nodes", "[runge_kutta]",
+                   DormandPrince5, DormandPrince8) {
     constexpr int n = TestType::stages + TestType::extra_stages;
     for (int i = 1; i < n; ++i) {
         R sum = 0, size = 0;
-        for (int j = 0; j < i; ++j) sum += TestType::a[i][j], size += std::abs(TestType::a[i][j]);
+        for (int j = 0; j < i; ++j)
+            sum += TestType::a[i][j], size += std::abs(TestType::a[i][j]);
         CAPTURE(i);
         CHECK(std::abs(sum - TestType::c[i]) <= rounding(size));
-        for (int j = i; j < n; ++j) CHECK(TestType::a[i][j] == 0);  // explicit
+        for (int j = i; j < n; ++j)
+            CHECK(TestType::a[i][j] == 0); // explicit
     }
-    CHECK(TestType::c[TestType::stages - 1] == 1);  // the last stage is the first of the next step
+    CHECK(TestType::c[TestType::stages - 1] == 1); // the last stage is the first of the next step
 }
 
-TEMPLATE_TEST_CASE("runge_kutta: order conditions hold up to the order and not beyond", "[runge_kutta]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("runge_kutta: order conditions hold up to the order and not beyond",
+                   "[runge_kutta]", DormandPrince5, DormandPrince8) {
     constexpr int s = TestType::stages - 1, p = TestType::order;
     const auto& b = TestType::a[s];
     const auto& c = TestType::c;
     const auto sum = [&](auto term) {
         R value = 0, size = 0;
-        for (int i = 0; i < s; ++i) value += b[i] * term(i), size += std::abs(b[i]);
+        for (int i = 0; i < s; ++i)
+            value += b[i] * term(i), size += std::abs(b[i]);
         return std::pair(value, rounding(4 * size));
     };
     const auto inner = [&](int i, int power) {
         R value = 0;
-        for (int j = 0; j < i; ++j) value += TestType::a[i][j] * std::pow(c[j], power);
+        for (int j = 0; j < i; ++j)
+            value += TestType::a[i][j] * std::pow(c[j], power);
         return value;
     };
-    for (int k = 1; k <= p; ++k) {  // bushy trees: sum b c^(k-1) = 1/k
+    for (int k = 1; k <= p; ++k) { // bushy trees: sum b c^(k-1) = 1/k
         const auto [value, margin] = sum([&](int i) { return std::pow(c[i], k - 1); });
         CAPTURE(k);
         CHECK(std::abs(value - 1 / R(k)) <= margin);
     }
     CHECK(std::abs(sum([&](int i) { return std::pow(c[i], p); }).first - 1 / R(p + 1)) > 1e-9L);
     for (int q = 1; q <= p - 2; ++q)
-        for (int k = 0; k + q + 2 <= p; ++k) {  // one branching: sum b c^k a c^q = 1/((q + 1)(k + q + 2))
-            const auto [value, margin] = sum([&](int i) { return std::pow(c[i], k) * inner(i, q); });
+        for (int k = 0; k + q + 2 <= p;
+             ++k) { // one branching: sum b c^k a c^q = 1/((q + 1)(k + q + 2))
+            const auto [value, margin] =
+                sum([&](int i) { return std::pow(c[i], k) * inner(i, q); });
             CAPTURE(k, q);
             // a of the 8th-order pair has entries up to 43
             CHECK(std::abs(value - 1 / R((q + 1) * (k + q + 2))) <= 100 * margin);
@@ -140,37 +147,48 @@ TEMPLATE_TEST_CASE("runge_kutta: order conditions hold up to the order and not b
         CHECK(std::abs(value - 1 / factorial) <= 100 * margin);
         std::vector<R> next(s, 0);
         for (int i = 0; i < s; ++i)
-            for (int j = 0; j < i; ++j) next[std::size_t(i)] += TestType::a[i][j] * v[std::size_t(j)];
+            for (int j = 0; j < i; ++j)
+                next[std::size_t(i)] += TestType::a[i][j] * v[std::size_t(j)];
         v = next;
     }
 }
 
-TEST_CASE("runge_kutta: error weights vanish on polynomials of the embedded order and not beyond", "[runge_kutta]") {
+TEST_CASE("runge_kutta: error weights vanish on polynomials of the embedded order and not beyond",
+          "[runge_kutta]") {
     const auto moment = [](const auto& e, const auto& c, int n, int power) {
         R sum = 0;
-        for (int j = 0; j < n; ++j) sum += e[std::size_t(j)] * std::pow(c[j], power);
+        for (int j = 0; j < n; ++j)
+            sum += e[std::size_t(j)] * std::pow(c[j], power);
         return std::abs(sum);
     };
     const R zero = rounding(10);
-    for (int k = 0; k < 4; ++k) CHECK(moment(DormandPrince5::e, DormandPrince5::c, 7, k) <= zero);
+    for (int k = 0; k < 4; ++k)
+        CHECK(moment(DormandPrince5::e, DormandPrince5::c, 7, k) <= zero);
     CHECK(moment(DormandPrince5::e, DormandPrince5::c, 7, 4) > 1e-4L);
     // printed to 28 digits
-    for (int k = 0; k < 5; ++k) CHECK(moment(DormandPrince8::e5, DormandPrince8::c, 13, k) <= zero);
+    for (int k = 0; k < 5; ++k)
+        CHECK(moment(DormandPrince8::e5, DormandPrince8::c, 13, k) <= zero);
     CHECK(moment(DormandPrince8::e5, DormandPrince8::c, 13, 5) > 1e-4L);
-    for (int k = 0; k < 3; ++k) CHECK(moment(DormandPrince8::e3, DormandPrince8::c, 13, k) <= zero);
+    for (int k = 0; k < 3; ++k)
+        CHECK(moment(DormandPrince8::e3, DormandPrince8::c, 13, k) <= zero);
     CHECK(moment(DormandPrince8::e3, DormandPrince8::c, 13, 3) > 1e-4L);
 }
 
-TEMPLATE_TEST_CASE("runge_kutta: steps converge with the order of the method", "[runge_kutta]", DormandPrince5, DormandPrince8) {
-    const double in_double = order_of_state<TestType, double>(), in_long_double = order_of_state<TestType, R>();
+TEMPLATE_TEST_CASE("runge_kutta: steps converge with the order of the method", "[runge_kutta]",
+                   DormandPrince5, DormandPrince8) {
+    const double in_double = order_of_state<TestType, double>(),
+                 in_long_double = order_of_state<TestType, R>();
     CAPTURE(in_double, in_long_double);
     // 0.3: the steps are not all in the asymptotic range
     CHECK(in_double >= TestType::order - 0.3);
     CHECK(in_long_double >= TestType::order - 0.3);
 }
 
-TEST_CASE("runge_kutta: interpolants are of orders 4 and 7, and so are off by h^5 and h^8 in a step", "[runge_kutta]") {
-    const double five = order_of_step<DormandPrince5>()[0], eight = order_of_step<DormandPrince8>()[0];
+TEST_CASE(
+    "runge_kutta: interpolants are of orders 4 and 7, and so are off by h^5 and h^8 in a step",
+    "[runge_kutta]") {
+    const double five = order_of_step<DormandPrince5>()[0],
+                 eight = order_of_step<DormandPrince8>()[0];
     CAPTURE(five, eight);
     CHECK(std::abs(five - 5) < 0.3);
     CHECK(std::abs(eight - 8) < 0.3);
@@ -178,13 +196,15 @@ TEST_CASE("runge_kutta: interpolants are of orders 4 and 7, and so are off by h^
 
 TEST_CASE("runge_kutta: error estimates shrink with h^5 and h^8", "[runge_kutta]") {
     // 8(5,3): h err5^2/sqrt(err5^2 + 0.01 err3^2) ~ h h^10/h^3
-    const double five = order_of_step<DormandPrince5>()[1], eight = order_of_step<DormandPrince8>()[1];
+    const double five = order_of_step<DormandPrince5>()[1],
+                 eight = order_of_step<DormandPrince8>()[1];
     CAPTURE(five, eight);
     CHECK(std::abs(five - 5) < 0.3);
     CHECK(std::abs(eight - 8) < 0.3);
 }
 
-TEMPLATE_TEST_CASE("runge_kutta: the interpolant meets values and slopes of both ends", "[runge_kutta]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("runge_kutta: the interpolant meets values and slopes of both ends",
+                   "[runge_kutta]", DormandPrince5, DormandPrince8) {
     auto rhs = [](const double&, const double& t, const Vec<double, 2>& x) { return field(t, x); };
     const double t0 = 0.5, dt = 0.13;
     RungeKutta<TestType, double, 2> rk;
@@ -197,19 +217,23 @@ TEMPLATE_TEST_CASE("runge_kutta: the interpolant meets values and slopes of both
         const double d = 1e-6;
         const Vec<double, 2> first = rk.k[0], last = rk.k.at(rk.last);
         CHECK(p(0) == x0);
-        CHECK((p(1) - end).cwiseAbs().maxCoeff() <= epsilon<double>);  // x0 + (x1 - x0), two roundings
+        CHECK((p(1) - end).cwiseAbs().maxCoeff() <=
+              epsilon<double>); // x0 + (x1 - x0), two roundings
         // central differences: rounding 1e-16/d, and d^2
         CHECK(((p(d) - p(-d)) / (2 * d * dt) - first).cwiseAbs().maxCoeff() < 1e-8);
         CHECK(((p(1 + d) - p(1 - d)) / (2 * d * dt) - last).cwiseAbs().maxCoeff() < 1e-8);
     };
     check(x1);
-    check(x1 + Vec<double, 2>(1e-9, -2e-9));  // as when a landing has put it on a surface
+    check(x1 + Vec<double, 2>(1e-9, -2e-9)); // as when a landing has put it on a surface
 }
 
-TEMPLATE_TEST_CASE("runge_kutta: a stage that is not finite is seen", "[runge_kutta]", DormandPrince5, DormandPrince8) {
+TEMPLATE_TEST_CASE("runge_kutta: a stage that is not finite is seen", "[runge_kutta]",
+                   DormandPrince5, DormandPrince8) {
     const int bad = GENERATE(1, 2, 5);
     int stage = 0;
-    auto rhs = [&](const double&, const double&, const Vec<double, 1>& x) { return Vec<double, 1>(++stage == bad ? std::nan("") : -x[0]); };
+    auto rhs = [&](const double&, const double&, const Vec<double, 1>& x) {
+        return Vec<double, 1>(++stage == bad ? std::nan("") : -x[0]);
+    };
     RungeKutta<TestType, double, 1> rk;
     rk.k.fill(Vec<double, 1>(0));
     Vec<double, 1> x1;

@@ -20,7 +20,8 @@ using T = Taylor<double, K>;
 template <class S, int N>
 void check_series(const Taylor<S, N>& a, std::initializer_list<double> expected) {
     double size = 0;
-    for (const double e : expected) size = std::max(size, std::abs(e));
+    for (const double e : expected)
+        size = std::max(size, std::abs(e));
     std::size_t k = 0;
     for (const double e : expected) {
         CAPTURE(k);
@@ -30,9 +31,9 @@ void check_series(const Taylor<S, N>& a, std::initializer_list<double> expected)
     CHECK(k == a.c.size());
 }
 
-/// How many powers of tau the series of f(0.4 + tau - tau^2/2) misses: log2 of the remainder's ratio at tau and tau/2.
-template <class F>
-double missing_power(F f) {
+/// How many powers of tau the series of f(0.4 + tau - tau^2/2) misses: log2 of the remainder's
+/// ratio at tau and tau/2.
+template <class F> double missing_power(F f) {
     using L = Taylor<long double, K>;
     L a(0.4L);
     a.c[1] = 1;
@@ -40,7 +41,8 @@ double missing_power(F f) {
     const L series = f(a);
     const auto remainder = [&](long double tau) {
         long double sum = 0;
-        for (std::size_t k = K + 1; k-- > 0;) sum = sum * tau + series.c[k];
+        for (std::size_t k = K + 1; k-- > 0;)
+            sum = sum * tau + series.c[k];
         return std::abs(sum - f(0.4L + tau - tau * tau / 2));
     };
     return std::log2(static_cast<double>(remainder(0.008L) / remainder(0.004L)));
@@ -55,7 +57,8 @@ TEST_CASE("taylor: arithmetic is that of polynomials modulo tau^(K+1)", "[taylor
     check_series(T(3) - x, {1, -1, 0, 0, 0, 0, 0});
     check_series(-x, {-2, -1, 0, 0, 0, 0, 0});
     check_series(+x, {2, 1, 0, 0, 0, 0, 0});
-    check_series(x * x * x * x * x * x * x, {128, 448, 672, 560, 280, 84, 14});  // (2 + tau)^7 without its last term
+    check_series(x * x * x * x * x * x * x,
+                 {128, 448, 672, 560, 280, 84, 14}); // (2 + tau)^7 without its last term
     check_series(T(1) / x, {0.5, -0.25, 0.125, -0.0625, 0.03125, -0.015625, 0.0078125});
     check_series((x * x - T(1)) / (x - T(1)), {3, 1, 0, 0, 0, 0, 0});
     T y = x;
@@ -63,8 +66,8 @@ TEST_CASE("taylor: arithmetic is that of polynomials modulo tau^(K+1)", "[taylor
     y *= x;
     y -= T(3);
     y /= T(2);
-    check_series(y, {2.5, 4, 1, 0, 0, 0, 0});  // x^2 - 3/2
-    check_series(2 * x + 1, {5, 2, 0, 0, 0, 0, 0});  // with plain numbers
+    check_series(y, {2.5, 4, 1, 0, 0, 0, 0});       // x^2 - 3/2
+    check_series(2 * x + 1, {5, 2, 0, 0, 0, 0, 0}); // with plain numbers
 }
 
 TEST_CASE("taylor: elementary functions have their known series", "[taylor]") {
@@ -80,16 +83,19 @@ TEST_CASE("taylor: elementary functions have their known series", "[taylor]") {
     check_series(cosh(zero), {1, 0, 1 / 2.0, 0, 1 / 24.0, 0, 1 / 720.0});
     check_series(tanh(zero), {0, 1, 0, -1 / 3.0, 0, 2 / 15.0, 0});
     check_series(sqrt(one), {1, 1 / 2.0, -1 / 8.0, 1 / 16.0, -5 / 128.0, 7 / 256.0, -21 / 1024.0});
-    check_series(pow(one, T(-1.5)), {1, -3 / 2.0, 15 / 8.0, -35 / 16.0, 315 / 128.0, -693 / 256.0, 3003 / 1024.0});
+    check_series(pow(one, T(-1.5)),
+                 {1, -3 / 2.0, 15 / 8.0, -35 / 16.0, 315 / 128.0, -693 / 256.0, 3003 / 1024.0});
     check_series(pow(one, -2), {1, -2, 3, -4, 5, -6, 7});
-    check_series(pow(zero, 3), {0, 0, 0, 1, 0, 0, 0});  // exact at zero, where a logarithm would not be
+    check_series(pow(zero, 3),
+                 {0, 0, 0, 1, 0, 0, 0}); // exact at zero, where a logarithm would not be
     check_series(pow(zero, 0), {1, 0, 0, 0, 0, 0, 0});
     check_series(abs(T::variable(-2)), {2, -1, 0, 0, 0, 0, 0});
     check_series(abs(T::variable(2)), {2, 1, 0, 0, 0, 0, 0});
 }
 
 TEST_CASE("taylor: compositions miss the function by tau^7 and no less", "[taylor]") {
-    using std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::pow, std::sin, std::sinh, std::sqrt, std::tan, std::tanh;
+    using std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::pow, std::sin,
+        std::sinh, std::sqrt, std::tan, std::tanh;
     // 0.3: the next power of tau, at tau = 0.008
     const double order = K + 1;
     CHECK(std::abs(missing_power([](const auto& a) { return exp(a); }) - order) < 0.3);
@@ -103,10 +109,14 @@ TEST_CASE("taylor: compositions miss the function by tau^7 and no less", "[taylo
     CHECK(std::abs(missing_power([](const auto& a) { return cosh(a); }) - order) < 0.3);
     CHECK(std::abs(missing_power([](const auto& a) { return tanh(a); }) - order) < 0.3);
     CHECK(std::abs(missing_power([](const auto& a) { return sqrt(a); }) - order) < 0.3);
-    CHECK(std::abs(missing_power([](const auto& a) { return decltype(a + a)(1) / a; }) - order) < 0.3);
-    CHECK(std::abs(missing_power([](const auto& a) { return pow(a, decltype(a + a)(2.7L)); }) - order) < 0.3);
-    CHECK(std::abs(missing_power([](const auto& a) { return decltype(a + a)(pow(a, -3)); }) - order) < 0.3);
-    CHECK(std::abs(missing_power([](const auto& a) { return exp(sin(a) * log(a)) / cos(a); }) - order) < 0.3);
+    CHECK(std::abs(missing_power([](const auto& a) { return decltype(a + a)(1) / a; }) - order) <
+          0.3);
+    CHECK(std::abs(missing_power([](const auto& a) { return pow(a, decltype(a + a)(2.7L)); }) -
+                   order) < 0.3);
+    CHECK(std::abs(missing_power([](const auto& a) { return decltype(a + a)(pow(a, -3)); }) -
+                   order) < 0.3);
+    CHECK(std::abs(missing_power([](const auto& a) { return exp(sin(a) * log(a)) / cos(a); }) -
+                   order) < 0.3);
 }
 
 TEST_CASE("taylor: comparisons look at the value only", "[taylor]") {
@@ -145,13 +155,15 @@ TEST_CASE("taylor: series of series hold mixed derivatives", "[taylor]") {
     CHECK(f.c[2].c[2] == is(d22 / 4));
 }
 
-TEST_CASE("derivatives: gradient, time derivative and normal component of a moving and of a curved surface", "[derivatives]") {
+TEST_CASE("derivatives: gradient, time derivative and normal component of a moving and of a curved "
+          "surface",
+          "[derivatives]") {
     const models::VaryingBelt belt;
     const auto p = default_params<models::VaryingBelt>();
     const Vec<double, 2> x(0.4, -1.1), f(2.0, 3.0);
     const double t = 0.9;
     CHECK(grad_h(belt, 0, t, x, p) == Vec<double, 2>(0, 1));
-    CHECK(h_t(belt, 0, t, x, p) == Approx(std::sin(t)).epsilon(1e-15));  // h = v - cos t - V
+    CHECK(h_t(belt, 0, t, x, p) == Approx(std::sin(t)).epsilon(1e-15)); // h = v - cos t - V
     CHECK(normal_component(belt, 0, t, x, p, f) == Approx(std::sin(t) + 3).epsilon(1e-15));
 
     const models::UnitCircle circle;
@@ -167,16 +179,21 @@ TEST_CASE("derivatives: gradient, time derivative and normal component of a movi
     CHECK(directional(h, t, x, 1.0, f) == normal_component(oscillator, 0, t, x, r, f));
 }
 
-TEST_CASE("derivatives: Lie derivatives are the time derivatives along the solution", "[derivatives]") {
+TEST_CASE("derivatives: Lie derivatives are the time derivatives along the solution",
+          "[derivatives]") {
     const Vec<double, 0> none;
     SECTION("rotation: x, v, -x, -v") {
-        const auto field = [](const auto&, const auto& x, const auto&) { return std::decay_t<decltype(x)>(x[1], -x[0]); };
+        const auto field = [](const auto&, const auto& x, const auto&) {
+            return std::decay_t<decltype(x)>(x[1], -x[0]);
+        };
         const auto observe = [](const auto&, const auto& x, const auto&) { return x[0]; };
         const auto d = lie_derivatives<4>(field, observe, 0.0, Vec<double, 2>(0.25, -1.5), none);
         CHECK(d == std::array<double, 4>{-1.5, -0.25, 1.5, 0.25});
     }
     SECTION("time counts: x' = t^2 + x, observed x t") {
-        const auto field = [](const auto& t, const auto& x, const auto&) { return std::decay_t<decltype(x)>(t * t + x[0]); };
+        const auto field = [](const auto& t, const auto& x, const auto&) {
+            return std::decay_t<decltype(x)>(t * t + x[0]);
+        };
         const auto observe = [](const auto& t, const auto& x, const auto&) { return x[0] * t; };
         const double t = 0.5, x = 0.75, x1 = t * t + x, x2 = 2 * t + x1, x3 = 2 + x2;
         const auto d = lie_derivatives<3>(field, observe, t, Vec<double, 1>(x), none);
@@ -185,7 +202,9 @@ TEST_CASE("derivatives: Lie derivatives are the time derivatives along the solut
         CHECK(d[2] == Approx(x3 * t + 3 * x2).epsilon(1e-15));
     }
     SECTION("blow-up: x' = x^2, so the k-th derivative is k! x^(k+1)") {
-        const auto field = [](const auto&, const auto& x, const auto&) { return std::decay_t<decltype(x)>(x[0] * x[0]); };
+        const auto field = [](const auto&, const auto& x, const auto&) {
+            return std::decay_t<decltype(x)>(x[0] * x[0]);
+        };
         const auto observe = [](const auto&, const auto& x, const auto&) { return x[0]; };
         const auto d = lie_derivatives<5>(field, observe, 0.0, Vec<double, 1>(1.5), none);
         double factorial = 1;
@@ -198,19 +217,25 @@ TEST_CASE("derivatives: Lie derivatives are the time derivatives along the solut
         const models::Oscillator sys;
         const auto p = default_params<models::Oscillator>();
         const double t = 1.1, y = 0.8, A = p[0], omega = p[1];
-        const auto field = [&](const auto& tau, const auto& x, const auto& q) { return sys.f1(tau, x, q); };
-        const auto h = [&](const auto& tau, const auto& x, const auto& q) { return sys.h(tau, x, q); };
+        const auto field = [&](const auto& tau, const auto& x, const auto& q) {
+            return sys.f1(tau, x, q);
+        };
+        const auto h = [&](const auto& tau, const auto& x, const auto& q) {
+            return sys.h(tau, x, q);
+        };
         const auto d = lie_derivatives<2>(field, h, t, Vec<double, 2>(y, 1), p);
         const double L1 = -y + A * std::cos(omega * t) + 4;
         CHECK(d[0] == Approx(L1).epsilon(1e-14));
         // q' = -v - A omega sin(omega t), and g mu'(0) (-v'), mu'(0) = -alpha gamma
-        CHECK(d[1] == Approx(-1 - A * omega * std::sin(omega * t) + 10 * 0.3 * 1.42 * L1).epsilon(1e-14));
+        CHECK(d[1] ==
+              Approx(-1 - A * omega * std::sin(omega * t) + 10 * 0.3 * 1.42 * L1).epsilon(1e-14));
     }
 }
 
 TEST_CASE("derivatives: the Jacobian of a field is the analytic one", "[derivatives]") {
     const auto field = [](const auto& t, const auto& x, const auto& p) {
-        return std::decay_t<decltype(x)>(x[0] * x[1] + t, sin(x[1]) * x[2] + p[0] * x[0], exp(x[0] - x[2]));
+        return std::decay_t<decltype(x)>(x[0] * x[1] + t, sin(x[1]) * x[2] + p[0] * x[0],
+                                         exp(x[0] - x[2]));
     };
     const Vec<double, 3> x(0.3, -0.8, 1.2);
     const auto J = jacobian(field, 0.5, x, Vec<double, 1>(2.5));

@@ -22,7 +22,7 @@ struct OneSided {
 
     double friction(double r) const { return 3.0 / (1.0 + gamma * r) + 1.0 + 0.1 * r * r; }
 
-    void operator()(const State &x, State &dxdt, double t) const {
+    void operator()(const State& x, State& dxdt, double t) const {
         dxdt[0] = x[1];
         dxdt[1] = A * std::cos(omega * t) - x[0] + side * friction(side * (belt - x[1]));
     }
@@ -35,7 +35,7 @@ struct Sample {
 /// Integrator: start(f, t, x, dxdt); attempt(h) -> accepted?; begin(), end() of the last attempt;
 /// at(theta) inside it; accept(); h_next(); n_field().
 template <class Integrator> class EventLoop {
-  public:
+public:
     EventLoop(double A, double omega, double y0, double v0, int n_periods, double tol)
         : field_{A, omega, 1.0}, tol_(tol), integrator_(tol), clock_{0.0, n_periods},
           h_(integrator_.first_step()) {
@@ -60,9 +60,9 @@ template <class Integrator> class EventLoop {
         return count_;
     }
 
-  private:
+private:
     double time() const { return clock_.phi / field_.omega; }
-    double gap(const State &x) const { return field_.side * (belt - x[1]); }
+    double gap(const State& x) const { return field_.side * (belt - x[1]); }
 
     void enter(double side) {
         field_.side = side;

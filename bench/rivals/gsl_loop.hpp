@@ -18,14 +18,14 @@ namespace filippov::rivals {
 namespace detail {
 
 class GslIntegrator {
-  public:
+public:
     explicit GslIntegrator(double tol)
         : tol_(tol), step_(gsl_odeiv2_step_alloc(gsl_odeiv2_step_rk8pd, 2)),
           control_(gsl_odeiv2_control_standard_new(tol, tol, 1.0, 0.0)) {}
 
     double first_step() const { return 0.3 * std::pow(tol_, 1.0 / 9); }
 
-    void start(const OneSided &f, double t, const State &x, const State &dxdt) {
+    void start(const OneSided& f, double t, const State& x, const State& dxdt) {
         f_ = f;
         t_ = t;
         begin_ = {x, dxdt};
@@ -50,19 +50,19 @@ class GslIntegrator {
         t_ = t;
     }
 
-    const Sample &begin() const { return begin_; }
-    const Sample &end() const { return end_; }
+    const Sample& begin() const { return begin_; }
+    const Sample& end() const { return end_; }
     double h_next() const { return h_next_; }
     long n_field() const { return n_field_; }
 
-  private:
+private:
     struct Free {
-        void operator()(gsl_odeiv2_step *p) const { gsl_odeiv2_step_free(p); }
-        void operator()(gsl_odeiv2_control *p) const { gsl_odeiv2_control_free(p); }
+        void operator()(gsl_odeiv2_step* p) const { gsl_odeiv2_step_free(p); }
+        void operator()(gsl_odeiv2_control* p) const { gsl_odeiv2_control_free(p); }
     };
 
-    static int call(double t, const double *x, double *dxdt, void *self) {
-        auto &me = *static_cast<GslIntegrator *>(self);
+    static int call(double t, const double* x, double* dxdt, void* self) {
+        auto& me = *static_cast<GslIntegrator*>(self);
         State out;
         me.f_({x[0], x[1]}, out, t);
         dxdt[0] = out[0];
@@ -71,7 +71,7 @@ class GslIntegrator {
         return GSL_SUCCESS;
     }
 
-    Sample advance(double h, State &error) {
+    Sample advance(double h, State& error) {
         const gsl_odeiv2_system system{&call, nullptr, 2, this};
         Sample s{begin_.x, {}};
         gsl_odeiv2_step_apply(step_.get(), t_, h, s.x.data(), error.data(), begin_.dxdt.data(),

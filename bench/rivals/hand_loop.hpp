@@ -28,7 +28,7 @@ namespace detail {
 
 /// cos of five phases at once, each |phi| < 1e5, absolute error below 3e-16. Branch-free, so
 /// that the compiler takes the five together: an eighth faster a step than five calls of std::cos.
-inline std::array<double, 5> cosines(const std::array<double, 5> &phi) {
+inline std::array<double, 5> cosines(const std::array<double, 5>& phi) {
     constexpr double to_integer = 6755399441055744.0; // 1.5 * 2^52: adding it rounds
     constexpr double pi_hi = 3.14159265358979312, pi_lo = 1.2246467991473532e-16;
     std::array<double, 5> result{};
@@ -48,7 +48,7 @@ inline std::array<double, 5> cosines(const std::array<double, 5> &phi) {
     return result;
 }
 
-template <Cosine cosine> std::array<double, 5> stage_cosines(const std::array<double, 5> &phi) {
+template <Cosine cosine> std::array<double, 5> stage_cosines(const std::array<double, 5>& phi) {
     if constexpr (cosine == Cosine::in_lanes)
         return cosines(phi);
     std::array<double, 5> result{};
@@ -83,7 +83,7 @@ struct Attempt {
 };
 
 template <Cosine cosine> class HandLoop {
-  public:
+public:
     HandLoop(double A, double omega, double y0, double v0, int n_periods, double tol)
         : A_(A), omega_(omega), tol_(tol), h_(0.3 * std::pow(tol, 0.2)), clock_{0.0, n_periods} {
         const double q = A * std::cos(0.0) - y0;
@@ -106,10 +106,10 @@ template <Cosine cosine> class HandLoop {
         return count_;
     }
 
-  private:
+private:
     static double friction(double r) { return 3.0 / (1.0 + gamma * r) + (1.0 + 0.1 * r * r); }
 
-    Slip field(const Slip &x, double force) const {
+    Slip field(const Slip& x, double force) const {
         return {drift_ - x.r, (x.Y - force) - friction(x.r)};
     }
 
@@ -164,7 +164,7 @@ template <Cosine cosine> class HandLoop {
     }
 
     /// The scales need no stage 7, so their divisions run beside it. |v| = |Y'| in either region.
-    double error2(const Attempt &a, double h) const {
+    double error2(const Attempt& a, double h) const {
         const double e1 = h * (71.0 / 57600), e3 = h * (-71.0 / 16695), e4 = h * (71.0 / 1920),
                      e5 = h * (-17253.0 / 339200), e6 = h * (22.0 / 525), e7 = h * (-1.0 / 40);
         const double max_y = std::max(std::abs(x_.Y), std::abs(a.end.Y));
@@ -231,14 +231,14 @@ template <Cosine cosine> class HandLoop {
                1453857185.0 / 822651844.0 * k6 + 69997945.0 / 29380423.0 * k7;
     }
 
-    double interpolate_Y(const Attempt &a, double h, double theta) const {
+    double interpolate_Y(const Attempt& a, double h, double theta) const {
         const double rest = 1.0 - theta, rise = a.end.Y - x_.Y, bend = h * a.k1.Y - rise;
         const double b = h * bulge(a.k1.Y, a.k3.Y, a.k4.Y, a.k5.Y, a.k6.Y, a.k7.Y);
         return x_.Y +
                theta * (rise + rest * (bend + theta * (rise - h * a.k7.Y - bend + rest * b)));
     }
 
-    static double crossing(const Attempt &a, const Gap &gap, double h) {
+    static double crossing(const Attempt& a, const Gap& gap, double h) {
         const double b = h * bulge(a.k1.r, a.k3.r, a.k4.r, a.k5.r, a.k6.r, a.k7.r);
         return first_crossing(gap.with_bulge(b));
     }

@@ -62,21 +62,21 @@ struct Orbit {
 
 using Series = std::vector<Real>;
 
-Real value(const Series &c, const Real &t) {
+Real value(const Series& c, const Real& t) {
     Real sum = 0;
     for (std::size_t k = c.size(); k-- > 0;)
         sum = sum * t + c[k];
     return sum;
 }
 
-Real slope(const Series &c, const Real &t) {
+Real slope(const Series& c, const Real& t) {
     Real sum = 0;
     for (std::size_t k = c.size() - 1; k > 0; --k)
         sum = sum * t + Real(k) * c[k];
     return sum;
 }
 
-Real product(const Series &a, const Series &b, std::size_t n) {
+Real product(const Series& a, const Series& b, std::size_t n) {
     Real sum = 0;
     for (std::size_t j = 0; j <= n; ++j)
         sum += a[j] * b[n - j];
@@ -88,8 +88,8 @@ struct Expansion {
 };
 
 class Oscillator {
-  public:
-    Oscillator(const Problem &problem, const Constants &c, const Method &method)
+public:
+    Oscillator(const Problem& problem, const Constants& c, const Method& method)
         : A_(problem.A), omega_(problem.omega), c_(c), method_(method),
           period_(2 * acos(Real(-1)) / omega_), t_end_(problem.n_periods * period_) {}
 
@@ -103,7 +103,7 @@ class Oscillator {
         return {y_, v_, events_};
     }
 
-  private:
+private:
     // S1 is side = +1 (V - v > 0), S2 is side = -1.
     Expansion expand() const {
         const auto n_max = static_cast<std::size_t>(method_.order);
@@ -135,7 +135,7 @@ class Oscillator {
         return {std::move(y), std::move(v)};
     }
 
-    Real step_size(const Expansion &e) const {
+    Real step_size(const Expansion& e) const {
         const auto n = e.v.size() - 1;
         const Real eps = Real(1e-34);
         Real h = Real(1) / 20;
@@ -147,17 +147,17 @@ class Oscillator {
         return method_.safety * h;
     }
 
-    Real gap(const Expansion &e, const Real &dt) const { return side_ * (1 - value(e.v, dt)); }
+    Real gap(const Expansion& e, const Real& dt) const { return side_ * (1 - value(e.v, dt)); }
 
     // First of 64 equal parts at whose end the surface lies behind; 0 if there is none.
-    int first_part_behind(const Expansion &e, const Real &h) const {
+    int first_part_behind(const Expansion& e, const Real& h) const {
         for (int k = 1; k <= 64; ++k)
             if (gap(e, h * k / 64) <= 0)
                 return k;
         return 0;
     }
 
-    Real root(const Expansion &e, Real lo, Real hi) const {
+    Real root(const Expansion& e, Real lo, Real hi) const {
         Real dt = (lo + hi) / 2;
         for (int i = 0; i < 200; ++i) {
             const Real w = gap(e, dt);
@@ -191,7 +191,7 @@ class Oscillator {
         t_ = last ? t_end_ : Real(t_ + h);
     }
 
-    Real q(const Real &y, const Real &t) const { return -y + A_ * cos(omega_ * fmod(t, period_)); }
+    Real q(const Real& y, const Real& t) const { return -y + A_ * cos(omega_ * fmod(t, period_)); }
 
     void arrive() {
         const Real edge = c_.g_alpha + c_.g_beta;
@@ -251,15 +251,15 @@ class Oscillator {
     std::vector<Event> events_;
 };
 
-Orbit solve(const Problem &problem, const Method &method, bool rounded) {
+Orbit solve(const Problem& problem, const Method& method, bool rounded) {
     return Oscillator(problem, constants(rounded), method).run();
 }
 
-Real distance(const Orbit &a, const Orbit &b) {
+Real distance(const Orbit& a, const Orbit& b) {
     return std::max(Real(abs(a.y - b.y)), Real(abs(a.v - b.v)));
 }
 
-Real event_distance(const Orbit &a, const Orbit &b) {
+Real event_distance(const Orbit& a, const Orbit& b) {
     if (a.events.size() != b.events.size())
         return std::numeric_limits<Real>::infinity();
     Real worst = 0;
@@ -268,7 +268,7 @@ Real event_distance(const Orbit &a, const Orbit &b) {
     return worst;
 }
 
-std::string digits(const Real &x) { return x.str(27, std::ios_base::scientific) + "L"; }
+std::string digits(const Real& x) { return x.str(27, std::ios_base::scientific) + "L"; }
 
 void print_head() {
     std::cout << R"(// SPDX-License-Identifier: BSD-3-Clause
@@ -297,7 +297,7 @@ struct ReferenceOrbit {
 )";
 }
 
-void print_orbit(const Problem &p, const Orbit &o, const Real &agreement, const Real &shift) {
+void print_orbit(const Problem& p, const Orbit& o, const Real& agreement, const Real& shift) {
     std::string kinds;
     for (std::size_t i = 0; i < 10; ++i)
         kinds += o.events.at(i).kind;
@@ -320,7 +320,7 @@ int main() {
     const Method coarse{30, Real(1) / 4}, fine{40, Real(1) / 5};
     print_head();
     bool agreed = true;
-    for (const Problem &p : problems) {
+    for (const Problem& p : problems) {
         const Orbit a = solve(p, coarse, false), b = solve(p, fine, false);
         const Real agreement = std::max(distance(a, b), event_distance(a, b));
         print_orbit(p, b, agreement, distance(b, solve(p, coarse, true)));

@@ -17,13 +17,13 @@ namespace filippov::rivals {
 namespace detail {
 
 class OdeintIntegrator {
-  public:
+public:
     explicit OdeintIntegrator(double tol)
         : tol_(tol), controlled_(Controlled::error_checker_type(tol, tol)) {}
 
     double first_step() const { return 0.3 * std::pow(tol_, 0.2); }
 
-    void start(const OneSided &f, double t, const State &x, const State &dxdt) {
+    void start(const OneSided& f, double t, const State& x, const State& dxdt) {
         f_ = f;
         t_ = t;
         begin_ = {x, dxdt};
@@ -52,12 +52,12 @@ class OdeintIntegrator {
         t_ = t;
     }
 
-    const Sample &begin() const { return begin_; }
-    const Sample &end() const { return end_; }
+    const Sample& begin() const { return begin_; }
+    const Sample& end() const { return end_; }
     double h_next() const { return h_next_; }
     long n_field() const { return n_field_; }
 
-  private:
+private:
     using Stepper =
         boost::numeric::odeint::runge_kutta_dopri5<State, double, State, double,
                                                    boost::numeric::odeint::array_algebra>;

@@ -99,7 +99,7 @@ inline Split split_at(Quartic c, double theta) {
 
 /// Sign changes of the coefficients of a polynomial that is positive just right of 0 by decree:
 /// it bounds the number of roots in (0,1), so a start on the surface is never found again.
-inline int sign_changes(const Quartic &c) {
+inline int sign_changes(const Quartic& c) {
     int n = 0;
     bool positive = true;
     for (const double x : c) {
@@ -117,7 +117,7 @@ struct ValueAndSlope {
 
 /// The one root in (0,1) of w, positive on its left, negative on its right. Newton in a bracket;
 /// a Newton step below 1e-9 leaves an error far below rounding.
-template <class F> double root_in_bracket(double theta, F &&w_at) {
+template <class F> double root_in_bracket(double theta, F&& w_at) {
     double lo = 0.0, hi = 1.0;
     for (int i = 0; i < 60; ++i) {
         const auto [w, dw] = w_at(theta);
@@ -141,7 +141,7 @@ inline ValueAndSlope evaluate(Quartic c, double theta) {
 
 /// First theta in (0,1] at which the polynomial leaves the positive side; 2 if it never does.
 /// Halves until Descartes' rule leaves one root, so that a pair of crossings is not missed.
-inline double first_crossing(const Quartic &c) {
+inline double first_crossing(const Quartic& c) {
     struct Part {
         Quartic c;
         double start, width;
@@ -190,7 +190,7 @@ enum class Search { nothing, found, retake };
 /// What a zero at theta of a step of size h means. A step that starts on the surface and seems to
 /// come back at once is too long for the excursion it should resolve: its polynomial has the
 /// wrong curvature at the start. It is retaken shorter; below 1e-10 the excursion is rounding.
-inline Search judge(const Gap &gap, double theta, double h) {
+inline Search judge(const Gap& gap, double theta, double h) {
     if (theta > 1.0)
         return Search::nothing;
     if (gap.w0 != 0.0 || theta > 1e-3)

@@ -34,34 +34,35 @@ using namespace filippov::rivals;
 using Loop = RivalResult (*)(double, double, double, double, int, double);
 
 struct Rival {
-    const char *name;
+    const char* name;
     Loop loop;
 };
 
 std::vector<Rival> rivals() {
     return {
-        {"hand", &hand_loop<Cosine::in_lanes>}, {"hand, std::cos", &hand_loop<Cosine::standard>},
+        {"hand", &hand_loop<Cosine::in_lanes>},
+        {"hand, std::cos", &hand_loop<Cosine::standard>},
 #if defined(FILIPPOV_HAVE_ODEINT)
-            {"odeint", &odeint_loop},
+        {"odeint", &odeint_loop},
 #endif
 #if defined(FILIPPOV_HAVE_GSL)
-            {"gsl rk8pd", &gsl_loop},
+        {"gsl rk8pd", &gsl_loop},
 #endif
     };
 }
 
-constexpr const ReferenceOrbit &home = reference_home;
+constexpr const ReferenceOrbit& home = reference_home;
 
-RivalResult solve(const Rival &rival, double tol) {
+RivalResult solve(const Rival& rival, double tol) {
     return rival.loop(home.A, home.omega, 0.0, 0.0, home.n_periods, tol);
 }
 
-double error(const RivalResult &r) {
+double error(const RivalResult& r) {
     return static_cast<double>(std::max(std::abs(r.y - home.y), std::abs(r.v - home.v)));
 }
 
 /// CPU milliseconds of one solution, the mean of a few.
-double time_once(const Rival &rival, double tol, int repeats) {
+double time_once(const Rival& rival, double tol, int repeats) {
     static volatile double sink;
     const std::clock_t start = std::clock();
     for (int i = 0; i < repeats; ++i)
@@ -77,7 +78,7 @@ double median(std::vector<double> x) {
 }
 
 /// times[rival][turn], every rival once a turn, each turn beginning with another one.
-std::vector<std::vector<double>> race(const std::vector<Rival> &list, double tol) {
+std::vector<std::vector<double>> race(const std::vector<Rival>& list, double tol) {
     constexpr std::size_t n_turns = 61;
     const int repeats = tol < 1e-10 ? 2 : tol < 1e-7 ? 8 : 20;
     std::vector<std::vector<double>> times(list.size(), std::vector<double>(n_turns));
@@ -89,7 +90,7 @@ std::vector<std::vector<double>> race(const std::vector<Rival> &list, double tol
     return times;
 }
 
-double median_ratio(const std::vector<double> &a, const std::vector<double> &b) {
+double median_ratio(const std::vector<double>& a, const std::vector<double>& b) {
     std::vector<double> ratio(a.size());
     for (std::size_t i = 0; i < a.size(); ++i)
         ratio[i] = a[i] / b[i];
@@ -113,7 +114,7 @@ int main() {
                 "tol    rival            median     min    error    events  steps rejected  field"
                 "   ratio\n",
                 home.A, home.omega, home.n_periods);
-    for (const Demand &demand : demands) {
+    for (const Demand& demand : demands) {
         const auto times = race(list, demand.tol);
         for (std::size_t i = 0; i < list.size(); ++i) {
             const RivalResult r = solve(list[i], demand.tol);

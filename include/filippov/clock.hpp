@@ -13,9 +13,8 @@ namespace filippov {
 /// The fields see `local` only. With a period it stays within one period of zero, so the phase of a
 /// forcing keeps its digits for ever; without one it is the time itself, and `carry` holds what
 /// rounding cut off.
-template <class S>
-struct Clock {
-    S period = S(0);  ///< 0: none
+template <class S> struct Clock {
+    S period = S(0); ///< 0: none
     long long index = 0;
     S local = S(0);
     S carry = S(0);
@@ -38,7 +37,10 @@ struct Clock {
     }
 
     /// Absolute time.
-    S absolute() const { return period > S(0) ? S(index) * period + local : local; }
+    S absolute() const {
+        using std::fma;
+        return period > S(0) ? fma(S(index), period, local) : local;
+    }
 
     /// What to add to `local` for absolute time.
     S offset() const { return period > S(0) ? S(index) * period : S(0); }
@@ -54,7 +56,8 @@ struct Clock {
         const S next = local + step;
         carry = step - (next - local);
         local = next;
-        if (period > S(0)) wrap();
+        if (period > S(0))
+            wrap();
     }
 
 private:

@@ -2,14 +2,15 @@
 // The only macros of the library (besides the version).
 #pragma once
 
-// Without optimisation forced inlining only makes code larger, and with sanitizers very much larger:
-// such builds define FILIPPOV_NO_FORCED_INLINING.
-#if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__) && !defined(FILIPPOV_NO_FORCED_INLINING)
+// Without optimisation forced inlining only makes code larger, and with sanitizers very much
+// larger: such builds define FILIPPOV_NO_FORCED_INLINING.
+#if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__) &&                          \
+    !defined(FILIPPOV_NO_FORCED_INLINING)
 /// The step loop is written as many short functions; the ones inside a stage must not become calls.
 #define FILIPPOV_INLINE [[gnu::always_inline]] inline
 #define FILIPPOV_LAMBDA_INLINE __attribute__((always_inline))
-/// Everything called from here, the user's field included, is inlined: the chain from stage to stage
-/// must not go through memory.
+/// Everything called from here, the user's field included, is inlined: the chain from stage to
+/// stage must not go through memory.
 #define FILIPPOV_FLATTEN [[gnu::flatten]]
 #define FILIPPOV_COLD [[gnu::cold, gnu::noinline]]
 #else

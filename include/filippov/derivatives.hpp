@@ -9,10 +9,10 @@
 namespace filippov {
 
 /// A vector of scalars as a vector of constant series.
-template <int K, class S, int N>
-Vec<Taylor<S, K>, N> lift(const Vec<S, N>& v) {
+template <int K, class S, int N> Vec<Taylor<S, K>, N> lift(const Vec<S, N>& v) {
     Vec<Taylor<S, K>, N> r;
-    for (int i = 0; i < N; ++i) r[i] = Taylor<S, K>(v[i]);
+    for (int i = 0; i < N; ++i)
+        r[i] = Taylor<S, K>(v[i]);
     return r;
 }
 
@@ -22,21 +22,25 @@ S directional(G&& g, const S& t, const Vec<S, N>& x, const S& dt, const Vec<S, N
     Taylor<S, 1> time(t);
     time.c[1] = dt;
     Vec<Taylor<S, 1>, N> state = lift<1>(x);
-    for (int i = 0; i < N; ++i) state[i].c[1] = dx[i];
+    for (int i = 0; i < N; ++i)
+        state[i].c[1] = dx[i];
     return g(time, state).c[1];
 }
 
 /// Gradient dh_j/dx, shape (dim,).
 /// @cost one grad_h, or dim evaluations of h in Taylor arithmetic
 template <class Sys, class S>
-State<Sys, S> grad_h(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+State<Sys, S> grad_h(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
+                     const Params<Sys, S>& p) {
     if constexpr (HasGradH<Sys, S>) {
         return sys.grad_h(t, x, p);
     } else {
         const auto q = lift<1>(p);
         State<Sys, S> gradient;
         for (int i = 0; i < dim_v<Sys>; ++i) {
-            const auto h = [&](const auto& tau, const auto& y) { return switching(sys, tau, y, q)[j]; };
+            const auto h = [&](const auto& tau, const auto& y) {
+                return switching(sys, tau, y, q)[j];
+            };
             gradient[i] = directional(h, t, x, S(0), State<Sys, S>(State<Sys, S>::Unit(i)));
         }
         return gradient;
@@ -63,7 +67,8 @@ FILIPPOV_INLINE S normal_component(const Sys& sys, int j, const S& t, const Stat
     if constexpr (HasGradH<Sys, S> && HasHt<Sys, S>) {
         S sum = sys.h_t(t, x, p);
         const State<Sys, S> g = sys.grad_h(t, x, p);
-        for (int i = 0; i < dim_v<Sys>; ++i) sum += g[i] * f[i];
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            sum += g[i] * f[i];
         return sum;
     } else {
         const auto q = lift<1>(p);
@@ -81,7 +86,8 @@ Mat<S, N, N> jacobian(F&& f, const S& t, const Vec<S, N>& x, const Vec<S, P>& p)
         Vec<Taylor<S, 1>, N> y = lift<1>(x);
         y[i].c[1] = S(1);
         const Vec<Taylor<S, 1>, N> column = f(Taylor<S, 1>(t), y, q);
-        for (int r = 0; r < N; ++r) result(r, i) = column[r].c[1];
+        for (int r = 0; r < N; ++r)
+            result(r, i) = column[r].c[1];
     }
     return result;
 }
@@ -100,7 +106,8 @@ std::array<S, std::size_t(K)> lie_derivatives(Field&& field, Observe&& observe, 
     Vec<Taylor<S, K>, N> y = lift<K>(x);
     for (int k = 1; k <= K; ++k) {
         const Vec<Taylor<S, K>, N> f = field(time, y, q);
-        for (int i = 0; i < N; ++i) y[i].c[std::size_t(k)] = f[i].c[std::size_t(k - 1)] / S(k);
+        for (int i = 0; i < N; ++i)
+            y[i].c[std::size_t(k)] = f[i].c[std::size_t(k - 1)] / S(k);
     }
     const Taylor<S, K> g = observe(time, y, q);
     std::array<S, std::size_t(K)> derivative;

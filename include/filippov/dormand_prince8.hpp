@@ -13,20 +13,30 @@ namespace filippov {
 ///         II.5 and II.6 and the coefficients of the code DOP853.
 struct DormandPrince8 {
     static constexpr int order = 8;
-    static constexpr int stages = 13;       ///< the last one is the first of the next step
-    static constexpr int extra_stages = 3;  ///< for the interpolant
-    static constexpr double exponent = 0.125 - 0.75 * 0.04;  ///< step ~ err^-exponent
-    static constexpr double memory = 0.04;                   ///< weight of the previous error (PI)
-    // Growth by 6, as in the original code, accepts steps at the limit of the error test wherever the
-    // solution stiffens; growth by 2 costs nothing and gives a tenth of the error.
+    static constexpr int stages = 13;      ///< the last one is the first of the next step
+    static constexpr int extra_stages = 3; ///< for the interpolant
+    static constexpr double exponent = 0.125 - 0.75 * 0.04; ///< step ~ err^-exponent
+    static constexpr double memory = 0.04;                  ///< weight of the previous error (PI)
+    // Growth by 6, as in the original code, accepts steps at the limit of the error test wherever
+    // the solution stiffens; growth by 2 costs nothing and gives a tenth of the error.
     static constexpr double min_factor = 0.333, max_factor = 2.0;
 
-    static constexpr long double c[16] =
-        {0.0L, 0.526001519587677318785587544488e-01L, 0.789002279381515978178381316732e-01L,
-         0.118350341907227396726757197510L, 0.281649658092772603273242802490L,
-         0.333333333333333333333333333333L, 0.25L, 0.307692307692307692307692307692L,
-         0.651282051282051282051282051282L, 0.6L, 0.857142857142857142857142857142L, 1.0L, 1.0L,
-         0.1L, 0.2L, 0.777777777777777777777777777778L};
+    static constexpr long double c[16] = {0.0L,
+                                          0.526001519587677318785587544488e-01L,
+                                          0.789002279381515978178381316732e-01L,
+                                          0.118350341907227396726757197510L,
+                                          0.281649658092772603273242802490L,
+                                          0.333333333333333333333333333333L,
+                                          0.25L,
+                                          0.307692307692307692307692307692L,
+                                          0.651282051282051282051282051282L,
+                                          0.6L,
+                                          0.857142857142857142857142857142L,
+                                          1.0L,
+                                          1.0L,
+                                          0.1L,
+                                          0.2L,
+                                          0.777777777777777777777777777778L};
 
     static constexpr long double a[16][16] = {
         {0},
@@ -76,18 +86,27 @@ struct DormandPrince8 {
          2.9475147891527723389556272149L, -9.15095847217987001081870187138L}};
 
     /// Fifth-order error estimate.
-    static constexpr long double e5[16] =
-        {0.1312004499419488073250102996e-1L, 0, 0, 0, 0, -0.1225156446376204440720569753e+1L,
-         -0.4957589496572501915214079952L, 0.1664377182454986536961530415e+1L,
-         -0.3503288487499736816886487290L, 0.3341791187130174790297318841L,
-         0.8192320648511571246570742613e-1L, -0.2235530786388629525884427845e-1L};
+    static constexpr long double e5[16] = {0.1312004499419488073250102996e-1L,
+                                           0,
+                                           0,
+                                           0,
+                                           0,
+                                           -0.1225156446376204440720569753e+1L,
+                                           -0.4957589496572501915214079952L,
+                                           0.1664377182454986536961530415e+1L,
+                                           -0.3503288487499736816886487290L,
+                                           0.3341791187130174790297318841L,
+                                           0.8192320648511571246570742613e-1L,
+                                           -0.2235530786388629525884427845e-1L};
 
     /// Weights of the third-order formula, subtracted from the eighth-order ones.
-    static constexpr long double b3_0 = 0.244094488188976377952755905512L, b3_8 = 0.733846688281611857341361741547L,
+    static constexpr long double b3_0 = 0.244094488188976377952755905512L,
+                                 b3_8 = 0.733846688281611857341361741547L,
                                  b3_11 = 0.220588235294117647058823529412e-1L;
     static constexpr auto e3 = [] {
         std::array<long double, 16> e{};
-        for (int j = 0; j < 12; ++j) e[std::size_t(j)] = a[12][j];
+        for (int j = 0; j < 12; ++j)
+            e[std::size_t(j)] = a[12][j];
         e[0] -= b3_0;
         e[8] -= b3_8;
         e[11] -= b3_11;

@@ -16,54 +16,52 @@ namespace filippov {
 
 /// Event kinds, one list everywhere.
 enum class EventKind : std::uint8_t {
-    cross,           ///< from one side of a surface to the other
-    enter_sliding,   ///< from a side into a slide
-    exit_sliding,    ///< from a slide to a side
-    graze,           ///< touched a surface from one side; no change of mode
-    slide_extremum,  ///< a slide touched its boundary from inside; no change of mode
-    section,         ///< a user section was crossed
-    jump,            ///< the state jumped
-    accumulation,    ///< events accumulated here
-    start,           ///< first point of the run
-    end,             ///< last point of the run
+    cross,          ///< from one side of a surface to the other
+    enter_sliding,  ///< from a side into a slide
+    exit_sliding,   ///< from a slide to a side
+    graze,          ///< touched a surface from one side; no change of mode
+    slide_extremum, ///< a slide touched its boundary from inside; no change of mode
+    section,        ///< a user section was crossed
+    jump,           ///< the state jumped
+    accumulation,   ///< events accumulated here
+    start,          ///< first point of the run
+    end,            ///< last point of the run
 };
 
 constexpr std::string_view name(EventKind kind) {
-    constexpr std::array<std::string_view, 10> names{"cross", "enter_sliding", "exit_sliding", "graze", "slide_extremum",
-                                                     "section", "jump", "accumulation", "start", "end"};
+    constexpr std::array<std::string_view, 10> names{
+        "cross",   "enter_sliding", "exit_sliding", "graze", "slide_extremum",
+        "section", "jump",          "accumulation", "start", "end"};
     return names[static_cast<std::size_t>(kind)];
 }
 
 /// One event.
-template <class S, int N, int M>
-struct Event {
-    S t{};                     ///< absolute time
-    long long period = 0;      ///< period index, 0 without a period
-    S t_local{};               ///< time since the start of that period; t without a period
+template <class S, int N, int M> struct Event {
+    S t{};                ///< absolute time
+    long long period = 0; ///< period index, 0 without a period
+    S t_local{};          ///< time since the start of that period; t without a period
     EventKind kind{};
-    int surface = -1;          ///< index of the surface, of the section for `section`, else -1
+    int surface = -1; ///< index of the surface, of the section for `section`, else -1
     Mode<M> mode_before{}, mode_after{};
-    Vec<S, N> x_left{}, x_right{};  ///< state just before and just after
-    S s{};                     ///< blend variable: equivalent control in contact, -1 or +1 off the surface, NaN where undefined
+    Vec<S, N> x_left{}, x_right{}; ///< state just before and just after
+    S s{}; ///< blend variable: equivalent control in contact, -1 or +1 off the surface, NaN where
+           ///< undefined
 };
 
 /// A user's event function g(t, x, p) with scipy's attributes.
-template <class F>
-struct Section {
-    F value;                ///< g(t, x, p); t is absolute time
-    int direction = 0;      ///< +1: only where g rises, -1: only where it falls, 0: both
-    bool terminal = false;  ///< end the run here
+template <class F> struct Section {
+    F value;               ///< g(t, x, p); t is absolute time
+    int direction = 0;     ///< +1: only where g rises, -1: only where it falls, 0: both
+    bool terminal = false; ///< end the run here
 };
 
 /// Several sections; an empty pack costs nothing.
-template <class... F>
-struct Sections {
+template <class... F> struct Sections {
     std::tuple<Section<F>...> all;
     static constexpr int capacity = sizeof...(F);
 
     static constexpr int size() { return capacity; }
-    template <class S, class X, class P>
-    S value(int q, const S& t, const X& x, const P& p) const {
+    template <class S, class X, class P> S value(int q, const S& t, const X& x, const P& p) const {
         S result(0);
         visit(q, [&](const auto& section) { result = section.value(t, x, p); });
         return result;
@@ -80,32 +78,30 @@ struct Sections {
     }
 
 private:
-    template <class Use>
-    void visit(int q, Use use) const {
+    template <class Use> void visit(int q, Use use) const {
         int k = 0;
         std::apply([&](const auto&... section) { ((k++ == q ? use(section) : void()), ...); }, all);
     }
 };
 
-template <class... F>
-Sections(std::tuple<Section<F>...>) -> Sections<F...>;
+template <class... F> Sections(std::tuple<Section<F>...>) -> Sections<F...>;
 
 /// sections(Section{f}, Section{g, +1, true}, ...)
-template <class... F>
-Sections<F...> sections(Section<F>... section) {
+template <class... F> Sections<F...> sections(Section<F>... section) {
     return {std::tuple<Section<F>...>(std::move(section)...)};
 }
 
 /// Up to `Capacity` sections chosen at run time.
-template <class S, int N, int P, int Capacity = 16>
-struct DynamicSections {
+template <class S, int N, int P, int Capacity = 16> struct DynamicSections {
     using Function = std::function<S(const S&, const Vec<S, N>&, const Vec<S, P>&)>;
     std::array<Section<Function>, Capacity> all;
     int count = 0;
     static constexpr int capacity = Capacity;
 
     int size() const { return count; }
-    S value(int q, const S& t, const Vec<S, N>& x, const Vec<S, P>& p) const { return all[std::size_t(q)].value(t, x, p); }
+    S value(int q, const S& t, const Vec<S, N>& x, const Vec<S, P>& p) const {
+        return all[std::size_t(q)].value(t, x, p);
+    }
     int direction(int q) const { return all[std::size_t(q)].direction; }
     bool terminal(int q) const { return all[std::size_t(q)].terminal; }
 };

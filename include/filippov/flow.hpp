@@ -11,33 +11,37 @@
 namespace filippov {
 
 /// How a run ended.
-template <class S, int N, int M>
-struct FlowResult {
+template <class S, int N, int M> struct FlowResult {
     Status status = Status::ok;
-    S t{};                     ///< absolute time of the last good state
-    Clock<S> clock{};          ///< the same as (period index, local time)
-    Vec<S, N> x{};             ///< last good state
-    Mode<M> mode{};            ///< mode there
+    S t{};            ///< absolute time of the last good state
+    Clock<S> clock{}; ///< the same as (period index, local time)
+    Vec<S, N> x{};    ///< last good state
+    Mode<M> mode{};   ///< mode there
     Counters counters{};
-    Diagnosis<S, N, M> diagnosis{};  ///< where and why, if status is not ok
+    Diagnosis<S, N, M> diagnosis{}; ///< where and why, if status is not ok
 
     /// What happened, in a sentence or two.
     std::string message() const {
         std::string text(filippov::message(status));
-        if (status == Status::ok || status == Status::event) return text;
+        if (status == Status::ok || status == Status::event)
+            return text;
         char at[64];
         std::snprintf(at, sizeof at, " At t = %.15Lg", static_cast<long double>(diagnosis.t));
         text += at;
         text += ", x = (";
         for (int i = 0; i < N; ++i) {
-            std::snprintf(at, sizeof at, i == 0 ? "%.9Lg" : ", %.9Lg", static_cast<long double>(diagnosis.x[i]));
+            std::snprintf(at, sizeof at, i == 0 ? "%.9Lg" : ", %.9Lg",
+                          static_cast<long double>(diagnosis.x[i]));
             text += at;
         }
         text += "), mode (";
-        for (int j = 0; j < M; ++j) text += (j == 0 ? "" : ", ") + std::to_string(diagnosis.mode[j]);
+        for (int j = 0; j < M; ++j)
+            text += (j == 0 ? "" : ", ") + std::to_string(diagnosis.mode[j]);
         text += ")";
-        if (diagnosis.surface >= 0) text += ", surface " + std::to_string(diagnosis.surface);
-        if (!diagnosis.what.empty()) text += ": " + std::string(diagnosis.what);
+        if (diagnosis.surface >= 0)
+            text += ", surface " + std::to_string(diagnosis.surface);
+        if (!diagnosis.what.empty())
+            text += ": " + std::string(diagnosis.what);
         return text + ".";
     }
 };
@@ -45,16 +49,15 @@ struct FlowResult {
 namespace detail {
 
 /// The loop of `flow`, with its bookkeeping of events.
-template <class Sys, class S, class Tableau, class Obs, class Sec>
-class Flow {
+template <class Sys, class S, class Tableau, class Obs, class Sec> class Flow {
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
 
 public:
-    Flow(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end, const Settings<S, N>& settings, Obs& observer,
-         const Sec& sections)
+    Flow(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
+         const Settings<S, N>& settings, Obs& observer, const Sec& sections)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections),
           segment_(sys, p, t0, x0, t_end, settings, observer, sections) {}
 
@@ -67,7 +70,8 @@ public:
                 status = stop.status;
                 break;
             }
-            if (stop.guard < 0) break;
+            if (stop.guard < 0)
+                break;
             status = handle(stop);
         }
         flush();
@@ -89,7 +93,8 @@ private:
     Status start() {
         const S t = segment_.clock().local;
         const Vec<S, M> h = switching(sys_, t, segment_.x(), p_);
-        if (!all_finite<S, M>(h)) return segment_.fail(Status::not_finite, "h");
+        if (!all_finite<S, M>(h))
+            return segment_.fail(Status::not_finite, "h");
         Mode<M> mode;
         int contact = -1, n_contacts = 0;
         for (int j = 0; j < M; ++j) {
@@ -111,18 +116,22 @@ private:
             segment_.set_state(project(sys_, contact, t, segment_.x(), p_, segment_.scale()));
             segment_.enter(mode);
             segment_.choose_first_step();
-            if (const Status status = judge(mode, contact); status != Status::ok) return status;
+            if (const Status status = judge(mode, contact); status != Status::ok)
+                return status;
         }
         return Status::ok;
     }
 
-    /// The first event, also of a run that could not start; a section that is zero here is met here,
-    /// once, and does not end the run.
+    /// The first event, also of a run that could not start; a section that is zero here is met
+    /// here, once, and does not end the run.
     void log_start(Status status) {
-        observer_.on_event(make_event(EventKind::start, start_surface_, segment_.mode(), segment_.mode()));
-        if (status != Status::ok) return;
+        observer_.on_event(
+            make_event(EventKind::start, start_surface_, segment_.mode(), segment_.mode()));
+        if (status != Status::ok)
+            return;
         for (int q = 0; q < sections_.size(); ++q) {
-            if (segment_.section_value(q) == S(0)) log(EventKind::section, q, segment_.mode(), X(segment_.x()));
+            if (segment_.section_value(q) == S(0))
+                log(EventKind::section, q, segment_.mode(), X(segment_.x()));
             segment_.start_section(q);
         }
     }
@@ -131,38 +140,52 @@ private:
     Status judge(const Mode<M>& before, int j) {
         const S t = segment_.clock().local;
         for (int k = 0; k < M; ++k)
-            if (k != j && before[k] == 0) return segment_.fail(Status::ambiguous, "an intersection of surfaces", j);
-        const Verdict<M> v = admissible(sys_, before, j, t, segment_.x(), p_, segment_.direction(), segment_.time_scale(), settings_.on_nonunique);
-        if (!v.finite) return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1), j);
-        if (!v.unique && settings_.on_nonunique == NonUnique::stop) return segment_.fail(Status::ambiguous, v.reason, j);
+            if (k != j && before[k] == 0)
+                return segment_.fail(Status::ambiguous, "an intersection of surfaces", j);
+        const Verdict<M> v = admissible(sys_, before, j, t, segment_.x(), p_, segment_.direction(),
+                                        segment_.time_scale(), settings_.on_nonunique);
+        if (!v.finite)
+            return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
+                                 j);
+        if (!v.unique && settings_.on_nonunique == NonUnique::stop)
+            return segment_.fail(Status::ambiguous, v.reason, j);
         if (v.mode[j] == 0) {
-            if (!all_finite<S, 1>(Vec<S, 1>(sliding_margin(sys_, v.mode, t, segment_.x(), p_).s))) return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
+            if (!all_finite<S, 1>(Vec<S, 1>(sliding_margin(sys_, v.mode, t, segment_.x(), p_).s)))
+                return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
         }
         segment_.enter(v.mode);
         if (v.mode[j] != 0) {
-            segment_.start_root(Guard<M>::below(j), std::max(1, v.mode[j] < 0 ? v.below.order : v.above.order));
+            segment_.start_root(Guard<M>::below(j),
+                                std::max(1, v.mode[j] < 0 ? v.below.order : v.above.order));
         } else {
-            if (v.below.order > 1) segment_.start_root(Guard<M>::below(j), v.below.order - 1);
-            if (v.above.order > 1) segment_.start_root(Guard<M>::above(j), v.above.order - 1);
+            if (v.below.order > 1)
+                segment_.start_root(Guard<M>::below(j), v.below.order - 1);
+            if (v.above.order > 1)
+                segment_.start_root(Guard<M>::above(j), v.above.order - 1);
         }
         return Status::ok;
     }
 
     static std::string_view side_name(int side) {
-        if constexpr (M == 1 && HasSides<Sys, S>) return side < 0 ? "f1" : "f2";
+        if constexpr (M == 1 && HasSides<Sys, S>)
+            return side < 0 ? "f1" : "f2";
         return "field";
     }
 
     /// A guard was met: log it, and decide how to go on.
     Status handle(const Stop& stop) {
-        if (segment_.counters().events >= settings_.max_events) return segment_.fail(Status::max_events, "");
-        if (const Status status = no_progress(); status != Status::ok) return status;
-        if (stop.guard >= Guard<M>::first_section) return handle_section(stop.guard - Guard<M>::first_section);
+        if (segment_.counters().events >= settings_.max_events)
+            return segment_.fail(Status::max_events, "");
+        if (const Status status = no_progress(); status != Status::ok)
+            return status;
+        if (stop.guard >= Guard<M>::first_section)
+            return handle_section(stop.guard - Guard<M>::first_section);
 
         const int j = stop.guard / 3;
         const Mode<M> before = segment_.mode();
         if (stop.touch) {
-            log(before[j] == 0 ? EventKind::slide_extremum : EventKind::graze, j, before, X(segment_.x()));
+            log(before[j] == 0 ? EventKind::slide_extremum : EventKind::graze, j, before,
+                X(segment_.x()));
             segment_.enter(before);
             segment_.start_root(stop.guard, 2);
             return crossed_sections();
@@ -176,7 +199,8 @@ private:
         }
         const Mode<M>& after = segment_.mode();
         log(kind_of(before[j], after[j]), j, before, X(segment_.x()));
-        if (before[j] == 0 && after[j] == 0) segment_.start_root(stop.guard, 2);
+        if (before[j] == 0 && after[j] == 0)
+            segment_.start_root(stop.guard, 2);
         return crossed_sections();
     }
 
@@ -186,7 +210,8 @@ private:
         const bool wanted = sections_.direction(q) == 0 || sections_.direction(q) * side < 0;
         segment_.enter(mode);
         segment_.passed_section(q);
-        if (!wanted) return Status::ok;
+        if (!wanted)
+            return Status::ok;
         log(EventKind::section, q, mode, X(segment_.x()));
         return sections_.terminal(q) ? Status::event : Status::ok;
     }
@@ -197,15 +222,19 @@ private:
         for (int q = 0; q < sections_.size(); ++q) {
             const int side = segment_.section_side(q);
             const int now = detail::sign(segment_.section_value(q));
-            if (now == side || side == 0) continue;
-            if (const Status s = handle_section(q); status == Status::ok) status = s;
+            if (now == side || side == 0)
+                continue;
+            if (const Status s = handle_section(q); status == Status::ok)
+                status = s;
         }
         return status;
     }
 
     static EventKind kind_of(int before, int after) {
-        if (before == 0) return after == 0 ? EventKind::slide_extremum : EventKind::exit_sliding;
-        if (after == 0) return EventKind::enter_sliding;
+        if (before == 0)
+            return after == 0 ? EventKind::slide_extremum : EventKind::exit_sliding;
+        if (after == 0)
+            return EventKind::enter_sliding;
         return before == after ? EventKind::graze : EventKind::cross;
     }
 
@@ -215,10 +244,13 @@ private:
         const bool same = now.index == last_clock_.index && now.local == last_clock_.local;
         n_same_ = same ? n_same_ + 1 : 0;
         last_clock_ = now;
-        return n_same_ > 16 + sections_.size() ? segment_.fail(Status::ambiguous, "events repeat without progress of time") : Status::ok;
+        return n_same_ > 16 + sections_.size()
+                   ? segment_.fail(Status::ambiguous, "events repeat without progress of time")
+                   : Status::ok;
     }
 
-    Event<S, N, M> make_event(EventKind kind, int surface, const Mode<M>& before, const Mode<M>& after) const {
+    Event<S, N, M> make_event(EventKind kind, int surface, const Mode<M>& before,
+                              const Mode<M>& after) const {
         Event<S, N, M> e;
         const Clock<S>& c = segment_.clock();
         e.t = c.absolute();
@@ -237,10 +269,13 @@ private:
     S blend_variable(EventKind kind, int surface, Mode<M> mode) const {
         int j = sliding_surface(mode);
         const bool contact = kind != EventKind::section && surface >= 0;
-        if (j < 0 && !contact) return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
-        if (contact) j = surface;
+        if (j < 0 && !contact)
+            return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
+        if (contact)
+            j = surface;
         for (int k = 0; k < M; ++k)
-            if (k != j && mode[k] == 0) return std::numeric_limits<S>::quiet_NaN();
+            if (k != j && mode[k] == 0)
+                return std::numeric_limits<S>::quiet_NaN();
         mode.set(j, 0);
         const S s = sliding_margin(sys_, mode, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.
@@ -254,8 +289,10 @@ private:
         ++segment_.counters().events;
         Event<S, N, M> e = make_event(kind, surface, before, segment_.mode());
         e.x_left = x_left;
-        const bool changes = kind == EventKind::cross || kind == EventKind::enter_sliding || kind == EventKind::exit_sliding;
-        if (pending_ && changes && pending_changes_ && held_.surface == e.surface && held_.period == e.period && held_.t_local == e.t_local) {
+        const bool changes = kind == EventKind::cross || kind == EventKind::enter_sliding ||
+                             kind == EventKind::exit_sliding;
+        if (pending_ && changes && pending_changes_ && held_.surface == e.surface &&
+            held_.period == e.period && held_.t_local == e.t_local) {
             e.mode_before = held_.mode_before;
             e.x_left = held_.x_left;
             e.kind = kind_of(e.mode_before[surface], e.mode_after[surface]);
@@ -270,7 +307,8 @@ private:
         pending_changes_ = changes;
     }
     void flush() {
-        if (pending_) observer_.on_event(held_);
+        if (pending_)
+            observer_.on_event(held_);
         pending_ = false;
     }
 
@@ -282,7 +320,7 @@ private:
     Segment<Sys, S, Tableau, Obs, Sec> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
-    int start_surface_ = -1;  ///< the surface on which the run starts, -1 if none
+    int start_surface_ = -1; ///< the surface on which the run starts, -1 if none
     Clock<S> last_clock_{};
     int n_same_ = 0;
 };
@@ -299,13 +337,16 @@ private:
 /// @error           std::invalid_argument for a start, span or settings that make no sense; all
 ///                  else is a Status
 template <class Tableau = DormandPrince5, class Sys, class S, class Obs, class Sec = Sections<>>
-FlowResult<S, dim_v<Sys>, surfaces_v<Sys>> flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
-                                                const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
-                                                const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {}) {
+FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
+flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S, dim_v<Sys>>& x0,
+     std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
+     const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {}) {
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p);
-    return detail::Flow<Sys, S, Tableau, Obs, Sec>(sys, p, t0, x0, t_end, settings, observer, watched).run();
+    return detail::Flow<Sys, S, Tableau, Obs, Sec>(sys, p, t0, x0, t_end, settings, observer,
+                                                   watched)
+        .run();
 }
 
 } // namespace filippov

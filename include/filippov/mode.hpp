@@ -11,34 +11,32 @@ namespace filippov {
 
 /// What to do where the solution is not unique.
 enum class NonUnique : std::uint8_t {
-    stop,   ///< end the run with status `ambiguous`
-    below,  ///< go on in h < 0
-    above,  ///< go on in h > 0
-    stay,   ///< slide
+    stop,  ///< end the run with status `ambiguous`
+    below, ///< go on in h < 0
+    above, ///< go on in h > 0
+    stay,  ///< slide
 };
 
 /// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
 struct Departure {
-    int sign = 0;   ///< -1 into h < 0, +1 into h > 0, 0 if three derivatives vanish
-    int order = 0;  ///< which derivative decided, 1 to 3; 0 if none
+    int sign = 0;  ///< -1 into h < 0, +1 into h > 0, 0 if three derivatives vanish
+    int order = 0; ///< which derivative decided, 1 to 3; 0 if none
     bool finite = true;
 };
 
 namespace detail {
 
-template <class S>
-int sign(const S& v) {
-    return v > S(0) ? 1 : v < S(0) ? -1 : 0;
-}
+template <class S> int sign(const S& v) { return v > S(0) ? 1 : v < S(0) ? -1 : 0; }
 
 /// True if h' (and h'') at a point are no more than rounding: the excursion that they start, before
 /// the derivative `next` of order `n` turns it back, stays below `band`.
-template <class S>
-bool negligible(const S& slope, const S& next, int n, const S& band) {
+template <class S> bool negligible(const S& slope, const S& next, int n, const S& band) {
     using std::abs;
     using std::pow;
-    if (slope == S(0)) return true;
-    if (next == S(0) || sign(slope) == sign(next)) return false;
+    if (slope == S(0))
+        return true;
+    if (next == S(0) || sign(slope) == sign(next))
+        return false;
     // slope tau balances next tau^n / n!; the height between is about slope tau / 2
     const S factorial = n == 2 ? S(2) : S(6);
     const S tau = pow(abs(slope) * factorial / abs(next), S(1) / S(n - 1));
@@ -63,35 +61,51 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     using std::abs;
     using std::cbrt;
     using std::sqrt;
-    if (!(abs(slope) <= std::numeric_limits<S>::max())) return {0, 0, false};
+    if (!(abs(slope) <= std::numeric_limits<S>::max()))
+        return {0, 0, false};
     if (abs(slope * tau) > S(100) / sqrt(epsilon<S>) * band && slope != S(0))
         return {detail::sign(slope), 1, true};
 
-    const auto field = [&](const auto& time, const auto& y, const auto& q) { return side_field(sys, mode, time, y, q); };
-    const auto h = [&](const auto& time, const auto& y, const auto& q) { return switching(sys, time, y, q)[j]; };
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return side_field(sys, mode, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
     // Below this a derivative is rounding of something that is zero for all time.
     const S noise = S(1e-3) * band;
     const S second = lie_derivatives<2>(field, h, t, x, p)[1];
     // Plainly not zero: whatever the third derivative, what h'' starts is above rounding.
     if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
-        return detail::negligible(slope, second, 2, band) ? Departure{detail::sign(second), 2, true} : Departure{detail::sign(slope), 1, true};
+        return detail::negligible(slope, second, 2, band) ? Departure{detail::sign(second), 2, true}
+                                                          : Departure{detail::sign(slope), 1, true};
 
     const S third = S(direction) * lie_derivatives<3>(field, h, t, x, p)[2];
     const bool no_third = abs(third * tau * tau * tau) <= noise;
-    const bool no_second = abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, band);
-    const bool no_first = no_second ? (no_third ? abs(slope * tau) <= noise : detail::negligible(slope, third, 3, band))
+    const bool no_second =
+        abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, band);
+    const bool no_first = no_second ? (no_third ? abs(slope * tau) <= noise
+                                                : detail::negligible(slope, third, 3, band))
                                     : detail::negligible(slope, second, 2, band);
-    if (!no_first) return {detail::sign(slope), 1, true};
-    if (!no_second) return {detail::sign(second), 2, true};
-    if (!no_third) return {detail::sign(third), 3, true};
+    if (!no_first)
+        return {detail::sign(slope), 1, true};
+    if (!no_second)
+        return {detail::sign(second), 2, true};
+    if (!no_third)
+        return {detail::sign(third), 3, true};
     return {0, 0, true};
 }
 
 /// True if both sides' fields bend h_j alike.
 template <class Sys, class S>
-bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-    const auto field = [&](const auto& time, const auto& y, const auto& q) { return side_field(sys, mode, time, y, q); };
-    const auto h = [&](const auto& time, const auto& y, const auto& q) { return switching(sys, time, y, q)[j]; };
+bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                    const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return side_field(sys, mode, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
     mode.set(j, -1);
     const auto below = lie_derivatives<3>(field, h, t, x, p);
     mode.set(j, +1);
@@ -99,13 +113,12 @@ bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& 
 }
 
 /// The mode in which a solution leaves a point of surface j, and how sure that is.
-template <int M>
-struct Verdict {
+template <int M> struct Verdict {
     Mode<M> mode;
     bool unique = false;
     bool finite = true;
-    Departure below, above;    ///< of the two sides
-    std::string_view reason;   ///< why not unique
+    Departure below, above;  ///< of the two sides
+    std::string_view reason; ///< why not unique
 };
 
 /// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
@@ -128,7 +141,8 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     using std::abs;
     const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
     // The rounding of h: of its terms, and of the step that led here.
-    const S band = rounding_band(sys, j, t, x, p) + S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(tau);
+    const S band =
+        rounding_band(sys, j, t, x, p) + S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(tau);
     Verdict<surfaces_v<Sys>> v;
     mode.set(j, -1);
     v.below = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l1), tau, band);
@@ -136,9 +150,11 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     v.above = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l2), tau, band);
     v.mode = mode;
     v.finite = v.below.finite && v.above.finite;
-    if (!v.finite) return v;
+    if (!v.finite)
+        return v;
 
-    // Static friction above kinetic: sliding is kept up to |s| = s_max, whatever the sides would do.
+    // Static friction above kinetic: sliding is kept up to |s| = s_max, whatever the sides would
+    // do.
     const S limit = s_max(sys, p);
     if (limit > S(1)) {
         const S w = S(direction) * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
@@ -156,7 +172,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         v.reason = "all derivatives of h up to order three vanish";
     } else if (two_fold && !same_field) {
         const bool visible_below = v.below.sign < 0, visible_above = v.above.sign > 0;
-        v.reason = visible_below && visible_above    ? "two-fold, visible-visible"
+        v.reason = visible_below && visible_above     ? "two-fold, visible-visible"
                    : !visible_below && !visible_above ? "two-fold, invisible-invisible"
                                                       : "two-fold, visible-invisible";
     } else if (v.below.sign == v.above.sign) {

@@ -12,10 +12,10 @@
 namespace filippov {
 
 /// One accepted step as an observer sees it.
-template <class S, int N, int M>
-struct StepView {
-    const Clock<S>& clock;  ///< at the start of the step
-    S dt;                   ///< signed length
+template <class S, int N, int M> struct StepView {
+    const Clock<S>& clock; ///< at the start of the step
+    const Clock<S>& end;   ///< at its end
+    S dt;                  ///< signed length
     const Vec<S, N>& x0;
     const Vec<S, N>& x1;
     const Mode<M>& mode;
@@ -37,8 +37,7 @@ struct Nothing {
 };
 
 /// Keeps the event log.
-template <class S, int N, int M>
-struct EventLog {
+template <class S, int N, int M> struct EventLog {
     static constexpr bool wants_steps = false;
     std::vector<Event<S, N, M>> events;
 
@@ -46,8 +45,7 @@ struct EventLog {
 };
 
 /// Keeps the state at given times (monotone in the direction of the run), and the events.
-template <class S, int N, int M>
-struct OutputTimes {
+template <class S, int N, int M> struct OutputTimes {
     static constexpr bool wants_steps = true;
     std::span<const S> times;
     std::vector<Vec<S, N>> states{};
@@ -58,13 +56,15 @@ struct OutputTimes {
         events.push_back(event);
         // A time at an end of the run is the state there, also where no step was taken.
         if (event.kind == EventKind::start || event.kind == EventKind::end)
-            while (states.size() < times.size() && times[states.size()] == event.t) keep(event.x_right, event.mode_after);
+            while (states.size() < times.size() && times[states.size()] == event.t)
+                keep(event.x_right, event.mode_after);
     }
-    template <class Path>
-    void on_step(const StepView<S, N, M>& step, Path& path) {
-        for (; states.size() < times.size(); ) {
-            const S theta = step.clock.until(Clock<S>::at(times[states.size()], step.clock.period)) / step.dt;
-            if (!(theta <= S(1))) break;
+    template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
+        for (; states.size() < times.size();) {
+            const S theta =
+                step.clock.until(Clock<S>::at(times[states.size()], step.clock.period)) / step.dt;
+            if (!(theta <= S(1)))
+                break;
             keep(theta <= S(0) ? step.x0 : theta == S(1) ? step.x1 : path(theta), step.mode);
         }
     }

@@ -14,14 +14,15 @@ namespace filippov {
 
 /// A function of one scalar, called through a pointer: the searches are compiled once a scalar, not
 /// once a system and mode. What it refers to must outlive it.
-template <class S>
-class Function {
+template <class S> class Function {
 public:
     template <class G>
         requires(!std::same_as<std::remove_cvref_t<G>, Function>)
     Function(G&& g)
         : object_(const_cast<void*>(static_cast<const void*>(std::addressof(g)))),
-          call_([](void* object, S theta) { return S((*static_cast<std::remove_reference_t<G>*>(object))(theta)); }) {}
+          call_([](void* object, S theta) {
+              return S((*static_cast<std::remove_reference_t<G>*>(object))(theta));
+          }) {}
     S operator()(S theta) const { return call_(object_, theta); }
 
 private:
@@ -32,34 +33,41 @@ private:
 /// What `first_contact` found on (0, 1].
 enum class Contact : unsigned char {
     none,
-    root,   ///< g goes from positive to negative
-    touch,  ///< a minimum of g within the touch band
+    root,  ///< g goes from positive to negative
+    touch, ///< a minimum of g within the touch band
 };
 
 /// Where g, positive at `positive` and not positive (or NaN) at `negative`, changes sign, to about
 /// six digits: a landing starts from it. Illinois' variant of regula falsi, with bisection when the
 /// bracket does not shrink; at most 100 evaluations.
 template <class S>
-S bracketed_root(Function<std::type_identity_t<S>> g, S positive, S g_positive, S negative, S g_negative) {
+S bracketed_root(Function<std::type_identity_t<S>> g, S positive, S g_positive, S negative,
+                 S g_negative) {
     using std::abs;
-    int kept = 0;  // which end the last step kept
+    int kept = 0; // which end the last step kept
     for (int k = 0; k < 100; ++k) {
         const S width = negative - positive;
-        if (!(abs(width) > S(1e-6) * std::max(abs(negative), abs(positive)))) break;
+        if (!(abs(width) > S(1e-6) * std::max(abs(negative), abs(positive))))
+            break;
         S theta = positive + width * (g_positive / (g_positive - g_negative));
-        const bool inside = abs(theta - positive) < abs(width) && abs(negative - theta) < abs(width);
-        if (!inside || k % 4 == 3) theta = positive + width / S(2);
+        const bool inside =
+            abs(theta - positive) < abs(width) && abs(negative - theta) < abs(width);
+        if (!inside || k % 4 == 3)
+            theta = positive + width / S(2);
         const S value = g(theta);
         if (value > S(0)) {
             positive = theta;
             g_positive = value;
-            if (kept == 1) g_negative /= S(2);
+            if (kept == 1)
+                g_negative /= S(2);
             kept = 1;
         } else {
             negative = theta;
             g_negative = value;
-            if (value == S(0)) break;
-            if (kept == -1) g_positive /= S(2);
+            if (value == S(0))
+                break;
+            if (kept == -1)
+                g_positive /= S(2);
             kept = -1;
         }
     }
@@ -68,8 +76,7 @@ S bracketed_root(Function<std::type_identity_t<S>> g, S positive, S g_positive, 
 
 /// Where g has its minimum on [a, b], by golden section; precise enough to start a Newton iteration
 /// on the derivative from.
-template <class S>
-S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
+template <class S> S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
     const S ratio(0.381966011250105152L);
     S u = a + ratio * (b - a), v = b - ratio * (b - a);
     S gu = g(u), gv = g(v);
@@ -94,10 +101,9 @@ S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
 namespace detail {
 
 /// A cubic through four equidistant samples of g on [a, b], with two more to judge it by.
-template <class S>
-struct Piece {
+template <class S> struct Piece {
     S a, b, ga, gb, g1, g2;
-    S mismatch;   ///< largest error of the cubic at 1/6 and 5/6
+    S mismatch; ///< largest error of the cubic at 1/6 and 5/6
     S lowest, highest;
 
     Piece(Function<S> g, S from, S to, S g_from, S g_to) : a(from), b(to), ga(g_from), gb(g_to) {
@@ -109,7 +115,8 @@ struct Piece {
         const S p1 = S(0.3125) * ga + S(0.9375) * g1 - S(0.3125) * g2 + S(0.0625) * gb;
         const S p2 = S(0.0625) * ga - S(0.3125) * g1 + S(0.9375) * g2 + S(0.3125) * gb;
         mismatch = std::max(abs(c1 - p1), abs(c2 - p2));
-        if (!(abs(c1 - p1) + abs(c2 - p2) < std::numeric_limits<S>::infinity())) mismatch = std::numeric_limits<S>::infinity();
+        if (!(abs(c1 - p1) + abs(c2 - p2) < std::numeric_limits<S>::infinity()))
+            mismatch = std::numeric_limits<S>::infinity();
         lowest = std::min({ga, gb, g1, g2, c1, c2});
         highest = std::max({ga, gb, g1, g2, c1, c2});
     }
@@ -123,10 +130,11 @@ struct Piece {
         using std::abs;
         using std::sqrt;
         const auto c = bernstein();
-        const S d0 = c[1] - c[0], d1 = c[2] - c[1], d2 = c[3] - c[2];  // derivative / 3, Bernstein
-        const S qa = d0 - S(2) * d1 + d2, qb = d1 - d0, qc = d0;       // qa u^2 + 2 qb u + qc
+        const S d0 = c[1] - c[0], d1 = c[2] - c[1], d2 = c[3] - c[2]; // derivative / 3, Bernstein
+        const S qa = d0 - S(2) * d1 + d2, qb = d1 - d0, qc = d0;      // qa u^2 + 2 qb u + qc
         const S disc = qb * qb - qa * qc;
-        if (!(disc > S(0))) return S(-1);
+        if (!(disc > S(0)))
+            return S(-1);
         // of the two critical points the minimum is where the derivative rises
         const S root = sqrt(disc);
         const S u = qb > S(0) ? -qc / (qb + root) : (qa != S(0) ? (root - qb) / qa : S(-1));
@@ -148,7 +156,8 @@ struct Piece {
 /// @param band  minima within it count as touches; 0 for none
 /// @param theta where
 template <class S>
-Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_identity_t<S> band, S& theta) {
+Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_identity_t<S> band,
+                      S& theta) {
     using std::abs;
     constexpr int max_depth = 10;
     struct Span {
@@ -163,7 +172,8 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         const detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
         const auto c = piece.bernstein();
         const S floor = std::min({c[0], c[1], c[2], c[3]});
-        if (floor > S(2) * piece.mismatch + band) continue;
+        if (floor > S(2) * piece.mismatch + band)
+            continue;
         const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
         if (!resolved && span.depth < max_depth) {
             const S m = (span.a + span.b) / S(2);
@@ -177,8 +187,10 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         S low = piece.cubic_minimum();
         const S third = (span.b - span.a) / S(3);
         if (low < S(0) && band > S(0)) {
-            if (abs(span.gb) <= band && span.b < S(1)) low = span.b;
-            else if (abs(span.ga) <= band) low = span.a;
+            if (abs(span.gb) <= band && span.b < S(1))
+                low = span.b;
+            else if (abs(span.ga) <= band)
+                low = span.a;
         }
         if (low >= S(0)) {
             const S g_low = g(low);
@@ -189,11 +201,11 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
                 const S deepest = g(low);
                 // an end of the interval is no minimum: g merely passes through the band there
                 const bool interior = low - left > S(1e-3) * third && right - low > S(1e-3) * third;
-                if (interior && abs(deepest) <= band) {
+                if (interior && band > S(0) && abs(deepest) <= band) {
                     theta = low;
                     return Contact::touch;
                 }
-                if (!(deepest > S(0)) && low > span.a) {
+                if (!(deepest >= S(0)) && low > span.a) {
                     theta = bracketed_root(g, span.a, span.ga, low, deepest);
                     return Contact::root;
                 }

@@ -14,8 +14,7 @@ namespace filippov {
 /// Polynomial through a step, theta in [0, 1], in Hairer's alternating form
 ///   c0 + theta (c1 + (1 - theta) (c2 + theta (c3 + (1 - theta) (...)))),
 /// which reproduces both end points exactly.
-template <class S, int N, int Terms>
-struct Interpolant {
+template <class S, int N, int Terms> struct Interpolant {
     std::array<Vec<S, N>, Terms> c;
 
     FILIPPOV_INLINE Vec<S, N> operator()(const S& theta) const {
@@ -23,7 +22,8 @@ struct Interpolant {
         Vec<S, N> x = c[Terms - 1];
         for (std::size_t m = Terms - 1; m-- > 0;) {
             const S& factor = m % 2 == 0 ? theta : one_minus;
-            for (int i = 0; i < N; ++i) x[i] = c[m][i] + factor * x[i];
+            for (int i = 0; i < N; ++i)
+                x[i] = c[m][i] + factor * x[i];
         }
         return x;
     }
@@ -31,8 +31,7 @@ struct Interpolant {
 
 /// The stages of one step. `rhs(theta, t, x)` returns the derivative at t = t0 + theta dt; it sees
 /// every stage and so may also probe the state there.
-template <class Tableau, class S, int N>
-class RungeKutta {
+template <class Tableau, class S, int N> class RungeKutta {
 public:
     using Scalar = S;
     using State = Vec<S, N>;
@@ -65,15 +64,15 @@ public:
             p.c[2][i] = bend;
             p.c[3][i] = rise - dt * k[last][i] - bend;
             [&]<std::size_t... R>(std::index_sequence<R...>) {
-                ((p.c[4 + R][i] = dt * combine([](std::size_t j) { return Tableau::d[R][j]; }, i)), ...);
+                ((p.c[4 + R][i] = dt * combine([](std::size_t j) { return Tableau::d[R][j]; }, i)),
+                 ...);
             }(std::make_index_sequence<Tableau::d_rows>{});
         }
         return p;
     }
 
     /// Mean over the components of (weight_i sum_j e(j) k_j)^2.
-    template <class Row>
-    FILIPPOV_INLINE S mean_square(Row e, const State& weight) const {
+    template <class Row> FILIPPOV_INLINE S mean_square(Row e, const State& weight) const {
         S sum(0);
         for (int i = 0; i < N; ++i) {
             const S scaled = weight[i] * combine(e, i);
@@ -87,7 +86,8 @@ public:
     FILIPPOV_INLINE bool finite() const {
         S sum(0);
         for (std::size_t j = 1; j <= last; ++j)
-            for (int i = 0; i < N; ++i) sum += k[j][i] * S(0);
+            for (int i = 0; i < N; ++i)
+                sum += k[j][i] * S(0);
         return sum == S(0);
     }
 
@@ -105,9 +105,10 @@ private:
         }
     }
 
-    /// x + dt sum_j a_j k_j. Only the newest stage is late: its term is added last, and dt multiplies
-    /// the weights, so that the chain from one stage to the next is one product and one or two sums.
-    /// At an inner stage x joins the early terms; in the result it is added last, for one rounding.
+    /// x + dt sum_j a_j k_j. Only the newest stage is late: its term is added last, and dt
+    /// multiplies the weights, so that the chain from one stage to the next is one product and one
+    /// or two sums. At an inner stage x joins the early terms; in the result it is added last, for
+    /// one rounding.
     template <std::size_t J>
     FILIPPOV_INLINE void advance(const State& x, const S& dt, State& out) const {
         constexpr long double newest = Tableau::a[J][J - 1];
@@ -123,12 +124,12 @@ private:
     template <std::size_t J, std::size_t I>
     FILIPPOV_INLINE void add_scaled(const S& dt, int i, S& sum) const {
         constexpr long double weight = Tableau::a[J][I];
-        if constexpr (weight != 0) sum += (static_cast<S>(weight) * dt) * k[I][i];
+        if constexpr (weight != 0)
+            sum += (static_cast<S>(weight) * dt) * k[I][i];
     }
 
     /// sum_j row(j) k_j[i] over the non-zero weights, unrolled at compile time.
-    template <class Row>
-    FILIPPOV_INLINE S combine(Row row, int i) const {
+    template <class Row> FILIPPOV_INLINE S combine(Row row, int i) const {
         S sum(0);
         [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
             (add<J>(row, i, sum), ...);
@@ -136,15 +137,14 @@ private:
         return sum;
     }
 
-    template <std::size_t J, class Row>
-    FILIPPOV_INLINE void add(Row, int i, S& sum) const {
+    template <std::size_t J, class Row> FILIPPOV_INLINE void add(Row, int i, S& sum) const {
         constexpr long double weight = row_value<Row, J>();
-        if constexpr (weight != 0) sum += static_cast<S>(weight) * k[J][i];
+        if constexpr (weight != 0)
+            sum += static_cast<S>(weight) * k[J][i];
     }
 
     /// Beyond the last entry of a row that is shorter than the stage array the weight is zero.
-    template <class Row, std::size_t J>
-    static constexpr long double row_value() {
+    template <class Row, std::size_t J> static constexpr long double row_value() {
         return Row{}(J);
     }
 };

@@ -12,8 +12,8 @@
 
 namespace filippov {
 
-/// What the engine computes with: float, double, long double, a Taylor polynomial, later dual numbers.
-/// `semiregular`, not `regular`: a lane's == is no bool.
+/// What the engine computes with: float, double, long double, a Taylor polynomial, later dual
+/// numbers. `semiregular`, not `regular`: a lane's == is no bool.
 template <class S>
 concept Scalar = std::semiregular<S> && requires(S a, const S& b) {
     S(1);
@@ -28,20 +28,16 @@ concept Scalar = std::semiregular<S> && requires(S a, const S& b) {
 };
 
 /// Column vector of N scalars.
-template <class S, int N>
-using Vec = Eigen::Matrix<S, N, 1>;
+template <class S, int N> using Vec = Eigen::Matrix<S, N, 1>;
 
 /// Matrix of R x C scalars.
-template <class S, int R, int C>
-using Mat = Eigen::Matrix<S, R, C>;
+template <class S, int R, int C> using Mat = Eigen::Matrix<S, R, C>;
 
 /// Spacing of the floating-point numbers at 1.
-template <std::floating_point S>
-inline constexpr S epsilon = std::numeric_limits<S>::epsilon();
+template <std::floating_point S> inline constexpr S epsilon = std::numeric_limits<S>::epsilon();
 
 /// Distance from |t| to the next floating-point number, at least the smallest normal number.
-template <std::floating_point S>
-S ulp(S t) {
+template <std::floating_point S> S ulp(S t) {
     const S a = std::abs(t);
     return std::max(std::nextafter(a, std::numeric_limits<S>::infinity()) - a,
                     std::numeric_limits<S>::min());
@@ -49,10 +45,10 @@ S ulp(S t) {
 
 /// True if every component is finite. Written on bits of arithmetic so that it vectorises: x*0 is
 /// 0 for finite x and NaN otherwise.
-template <class S, int N>
-FILIPPOV_INLINE bool all_finite(const Vec<S, N>& x) {
+template <class S, int N> FILIPPOV_INLINE bool all_finite(const Vec<S, N>& x) {
     S sum(0);
-    for (int i = 0; i < N; ++i) sum += x[i] * S(0);
+    for (int i = 0; i < N; ++i)
+        sum += x[i] * S(0);
     return sum == S(0);
 }
 

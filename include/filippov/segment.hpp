@@ -19,19 +19,18 @@ namespace filippov {
 
 /// What a run did, counted.
 struct Counters {
-    long long steps = 0;          ///< accepted steps
-    long long rejected = 0;       ///< rejected trial steps
-    long long field = 0;          ///< evaluations of a one-sided field
-    long long root_searches = 0;  ///< steps in which roots were looked for
-    long long interpolants = 0;   ///< interpolants built
-    long long landings = 0;       ///< trial steps taken to land on events
-    long long events = 0;         ///< events logged
+    long long steps = 0;         ///< accepted steps
+    long long rejected = 0;      ///< rejected trial steps
+    long long field = 0;         ///< evaluations of a one-sided field
+    long long root_searches = 0; ///< steps in which roots were looked for
+    long long interpolants = 0;  ///< interpolants built
+    long long landings = 0;      ///< trial steps taken to land on events
+    long long events = 0;        ///< events logged
 };
 
 /// Where and in what a run failed.
-template <class S, int N, int M>
-struct Diagnosis {
-    std::string_view what;  ///< "f1", "f2", "h", ..., or the reason of an ambiguity
+template <class S, int N, int M> struct Diagnosis {
+    std::string_view what; ///< "f1", "f2", "h", ..., or the reason of an ambiguity
     S t{};
     Vec<S, N> x{};
     Mode<M> mode{};
@@ -40,18 +39,17 @@ struct Diagnosis {
 
 /// Why a segment ended.
 struct Stop {
-    Status status = Status::ok;  ///< not ok: the run is over
-    int guard = -1;              ///< >= 0: the guard met; -1: the end of the time span
-    bool touch = false;          ///< an extremum that touches zero, not a root
-    bool jumped = false;         ///< h changed sign without being zero (a jump of h)
+    Status status = Status::ok; ///< not ok: the run is over
+    int guard = -1;             ///< >= 0: the guard met; -1: the end of the time span
+    bool touch = false;         ///< an extremum that touches zero, not a root
+    bool jumped = false;        ///< h changed sign without being zero (a jump of h)
 };
 
 /// The guards of a mode: functions positive inside it.
 ///
 /// Surface j owns three: 3j is side * h_j off the surface and s_max + s on it; 3j+1 is s_max - s;
 /// 3j+2 is the transversality L1 - L2, oriented. User sections follow after 3M.
-template <int M>
-struct Guard {
+template <int M> struct Guard {
     static constexpr int below(int j) { return 3 * j; }
     static constexpr int above(int j) { return 3 * j + 1; }
     static constexpr int transversal(int j) { return 3 * j + 2; }
@@ -59,8 +57,7 @@ struct Guard {
 };
 
 /// State and machinery of a run; `advance` follows the current mode to the next stop.
-template <class Sys, class S, class Tableau, class Obs, class Sec>
-class Segment {
+template <class Sys, class S, class Tableau, class Obs, class Sec> class Segment {
 public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
@@ -68,8 +65,8 @@ public:
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
 
-    Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end, const Settings<S, N>& settings,
-            Obs& observer, const Sec& sections)
+    Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
+            const Settings<S, N>& settings, Obs& observer, const Sec& sections)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections) {
         const S T = period(sys, p);
         clock_ = Clock<S>::at(t0, T);
@@ -100,15 +97,20 @@ public:
     /// tells which of them start on a root.
     void enter(const Mode<M>& mode) {
         const bool changed = !(mode == mode_);
-        if (changed) have_k0_ = false;
+        if (changed)
+            have_k0_ = false;
         mode_ = mode;
-        if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution()) choose_first_step();
+        if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution())
+            choose_first_step();
         for (int g = 0; g < Guard<M>::first_section; ++g) {
-            if (!active(g)) continue;
+            if (!active(g))
+                continue;
             const std::size_t i = idx(g);
             const S value = raw_guard(g, clock_.local, x_);
             order_[i] = 0;
-            sense_[i] = mode_[g / 3] != 0 ? S(mode_[g / 3]) : g % 3 == 2 && value < S(0) ? S(-1) : S(1);
+            sense_[i] = mode_[g / 3] != 0            ? S(mode_[g / 3])
+                        : g % 3 == 2 && value < S(0) ? S(-1)
+                                                     : S(1);
             start_[i] = sense_[i] * value;
         }
     }
@@ -116,25 +118,31 @@ public:
     /// Guard g starts on a root of this order: it is divided out of g in the next step.
     void start_root(int g, int order) {
         order_[idx(g)] = order;
-        start_offset_[idx(g)] = g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
+        start_offset_[idx(g)] =
+            g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
     }
 
     /// Watches guard g alone, from whichever side it starts on; -1: none.
     void watch_only(int guard) {
-        for (int g = 0; g < n_guards; ++g) watched_[idx(g)] = g == guard;
-        if (guard < 0 || !active(guard)) return;
+        for (int g = 0; g < n_guards; ++g)
+            watched_[idx(g)] = g == guard;
+        if (guard < 0 || !active(guard))
+            return;
         const S value = raw_guard(guard, clock_.local, x_);
         sense_[idx(guard)] = S(detail::sign(value));
         start_[idx(guard)] = abs_(value);
         const bool off_surface = guard < Guard<M>::first_section && mode_[guard / 3] != 0;
-        const S band = off_surface ? start_band(sys_, guard / 3, clock_.local, x_, p_, X(settings_.atol)) : touch_band(guard, true);
+        const S band = off_surface
+                           ? start_band(sys_, guard / 3, clock_.local, x_, p_, X(settings_.atol))
+                           : touch_band(guard, true);
         if (abs_(value) <= band) {
             sense_[idx(guard)] = S(0);
             start_root(guard, 1);
         }
     }
 
-    /// Section q starts here, on the side of its value; exactly on it the side is where the step goes.
+    /// Section q starts here, on the side of its value; exactly on it the side is where the step
+    /// goes.
     void start_section(int q) {
         const std::size_t i = idx(Guard<M>::first_section + q);
         const S value = section_value(q);
@@ -152,14 +160,18 @@ public:
     }
     /// The sign that section q had before, 0 if not known yet.
     int section_side(int q) const { return detail::sign(sense_[idx(Guard<M>::first_section + q)]); }
-    S section_value(int q) const { return raw_guard(Guard<M>::first_section + q, clock_.local, x_); }
+    S section_value(int q) const {
+        return raw_guard(Guard<M>::first_section + q, clock_.local, x_);
+    }
 
     /// First step size: Hairer, Norsett, Wanner I, II.4, with the field of the current mode.
     void choose_first_step() {
         using std::abs;
         using std::pow;
         using std::sqrt;
-        const S span = abs(clock_.until(end_));
+        S span = abs(clock_.until(end_));
+        if (span == S(0))
+            span = S(1); // nothing to integrate, but a contact wants a time scale
         if (settings_.fixed_step > S(0)) {
             dt_ = S(direction_) * settings_.fixed_step;
             return;
@@ -173,15 +185,17 @@ public:
         S h0 = d0 < S(1e-5) || d1 < S(1e-5) ? S(1e-6) * span : S(0.01) * d0 / d1;
         h0 = std::min({h0, span, settings_.max_step});
         S d2(0);
-        for (int k = 0; k < 8; ++k) {  // an Euler step may leave the domain of the field
+        for (int k = 0; k < 8; ++k) { // an Euler step may leave the domain of the field
             const X y = x_ + S(direction_) * h0 * f0;
             const X f1 = mode_field(S(clock_.local + S(direction_) * h0), y);
             d2 = norm(X(f1 - f0)) / h0;
-            if (d2 < std::numeric_limits<S>::infinity()) break;
+            if (d2 < std::numeric_limits<S>::infinity())
+                break;
             h0 /= S(10);
         }
         const S largest = std::max(d1, d2);
-        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3)) : pow(S(0.01) / largest, S(1) / S(Tableau::order));
+        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
+                                         : pow(S(0.01) / largest, S(1) / S(Tableau::order));
         const S h = std::min({S(100) * h0, h1, span, settings_.max_step});
         dt_ = S(direction_) * (h > S(0) ? h : S(1e-6) * span);
     }
@@ -190,7 +204,8 @@ public:
     Stop advance() {
         if (const int j = sliding_surface(mode_); j >= 0) {
             if constexpr (HasSlidingFlow<Sys, S>)
-                if (settings_.closed_form_slides) return run_closed_form();
+                if (settings_.closed_form_slides)
+                    return run_closed_form();
             return run(SlideRhs{*this});
         }
         if constexpr (M == 1 && HasSides<Sys, S>)
@@ -206,9 +221,11 @@ public:
 
     /// Names the function that is not finite at (t, x), if one is.
     std::string_view what_is_not_finite(const S& t, const X& x) const {
-        if (!all_finite<S, M>(switching(sys_, t, x, p_))) return "h";
+        if (!all_finite<S, M>(switching(sys_, t, x, p_)))
+            return "h";
         if (!all_finite<S, N>(mode_field(t, x))) {
-            if constexpr (M == 1 && HasSides<Sys, S>) return mode_[0] < 0 ? "f1" : mode_[0] > 0 ? "f2" : "sliding field";
+            if constexpr (M == 1 && HasSides<Sys, S>)
+                return mode_[0] < 0 ? "f1" : mode_[0] > 0 ? "f2" : "sliding field";
             return mode_.sliding() > 0 ? "sliding field" : "field";
         }
         return "";
@@ -224,33 +241,39 @@ private:
     // --- fields with probes --------------------------------------------------------------------
 
     /// A one-sided field; every stage also probes the guards.
-    template <int Side>
-    struct SideRhs {
+    template <int Side> struct SideRhs {
         Segment& seg;
         static constexpr bool slides = false;
         FILIPPOV_INLINE X field(const S& t, const X& x) const {
-            if constexpr (Side == -1) return seg.sys_.f1(t, x, seg.p_);
-            else if constexpr (Side == +1) return seg.sys_.f2(t, x, seg.p_);
-            else return side_field(seg.sys_, seg.mode_, t, x, seg.p_);
+            if constexpr (Side == -1)
+                return seg.sys_.f1(t, x, seg.p_);
+            else if constexpr (Side == +1)
+                return seg.sys_.f2(t, x, seg.p_);
+            else
+                return side_field(seg.sys_, seg.mode_, t, x, seg.p_);
         }
         FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
             const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
-            if constexpr (Side != 0) seg.probe(0, theta, seg.sense_[0] * h[0]);
+            if constexpr (Side != 0)
+                seg.probe(0, theta, seg.sense_[0] * h[0]);
             else
-                for (int j = 0; j < M; ++j) seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
+                for (int j = 0; j < M; ++j)
+                    seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
             seg.probe_sections(theta, t, x);
             return field(t, x);
         }
     };
 
-    /// The sliding field; a stage is put on the surface first, so that the fields need not exist off it.
+    /// The sliding field; a stage is put on the surface first, so that the fields need not exist
+    /// off it.
     struct SlideRhs {
         Segment& seg;
         static constexpr bool slides = true;
         FILIPPOV_INLINE X field(const S& t, const X& x) const { return at(t, x).f; }
         FILIPPOV_INLINE Sliding<Sys, S> at(const S& t, const X& x) const {
             const int j = sliding_surface(seg.mode_);
-            return sliding(seg.sys_, seg.mode_, t, toward_surface(seg.sys_, j, t, x, seg.p_, seg.scale_), seg.p_);
+            return sliding(seg.sys_, seg.mode_, t,
+                           toward_surface(seg.sys_, j, t, x, seg.p_, seg.scale_), seg.p_);
         }
         FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
             const Sliding<Sys, S> slide = at(t, x);
@@ -260,7 +283,8 @@ private:
             if constexpr (M > 1) {
                 const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
                 for (int j = 0; j < M; ++j)
-                    if (j != slid) seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
+                    if (j != slid)
+                        seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
             }
             seg.probe_sections(theta, t, x);
             return slide.f;
@@ -268,41 +292,55 @@ private:
     };
 
     X mode_field(const S& t, const X& x) const {
-        if (sliding_surface(mode_) >= 0) return sliding(sys_, mode_, t, x, p_).f;
+        if (sliding_surface(mode_) >= 0)
+            return sliding(sys_, mode_, t, x, p_).f;
         return side_field(sys_, mode_, t, x, p_);
     }
 
     // --- guards --------------------------------------------------------------------------------
 
     bool active(int g) const {
-        if (!watched_[idx(g)]) return false;
-        if (g >= Guard<M>::first_section) return g - Guard<M>::first_section < sections_.size();
+        if (!watched_[idx(g)])
+            return false;
+        if (g >= Guard<M>::first_section)
+            return g - Guard<M>::first_section < sections_.size();
         return mode_[g / 3] == 0 || g % 3 == 0;
     }
 
     /// A guard before it is given its sense.
     S raw_guard(int g, const S& t, const X& x) const {
-        if (g >= Guard<M>::first_section) return sections_.value(g - Guard<M>::first_section, S(clock_.offset() + t), x, p_);
+        if (g >= Guard<M>::first_section)
+            return sections_.value(g - Guard<M>::first_section, S(clock_.offset() + t), x, p_);
         const int j = g / 3;
-        if (mode_[j] != 0) return switching(sys_, t, x, p_)[j];
+        if (mode_[j] != 0)
+            return switching(sys_, t, x, p_)[j];
         const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
-        if (g % 3 == 2) return margin.w;
+        if (g % 3 == 2)
+            return margin.w;
         return s_max(sys_, p_) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
     }
     /// Oriented value of a guard: positive before the event.
-    S guard_value(int g, const S& t, const X& x) const { return sense_[idx(g)] * raw_guard(g, t, x); }
+    S guard_value(int g, const S& t, const X& x) const {
+        return sense_[idx(g)] * raw_guard(g, t, x);
+    }
 
-    FILIPPOV_INLINE void probe_margins(int slid, const S& theta, const S& below, const S& above, const S& w) {
-        for (const auto& [g, value] : {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above}, std::pair{Guard<M>::transversal(slid), w}})
+    FILIPPOV_INLINE void probe_margins(int slid, const S& theta, const S& below, const S& above,
+                                       const S& w) {
+        for (const auto& [g, value] :
+             {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above},
+              std::pair{Guard<M>::transversal(slid), w}})
             probe(g, theta, sense_[idx(g)] * value);
     }
     FILIPPOV_INLINE void probe(int g, const S& theta, const S& value) {
         const std::size_t i = idx(g);
         end_value_[i] = value;
         S v = value;
-        if (order_[i] > 0) v = divided(value - start_offset_[i], theta, order_[i]);
-        if (!(v >= low_[i])) low_[i] = v == v ? v : -std::numeric_limits<S>::infinity();
-        if (v > high_[i]) high_[i] = v;
+        if (order_[i] > 0)
+            v = divided(value - start_offset_[i], theta, order_[i]);
+        if (!(v >= low_[i]))
+            low_[i] = v == v ? v : -std::numeric_limits<S>::infinity();
+        if (v > high_[i])
+            high_[i] = v;
     }
     FILIPPOV_INLINE void probe_sections(const S& theta, const S& t, const X& x) {
         if constexpr (Sec::capacity > 0)
@@ -313,14 +351,16 @@ private:
     }
     static S divided(const S& v, const S& theta, int order) {
         S r = v / theta;
-        for (int k = 1; k < order; ++k) r /= theta;
+        for (int k = 1; k < order; ++k)
+            r /= theta;
         return r;
     }
     FILIPPOV_INLINE void reset_probes() {
         for (int g = 0; g < n_guards; ++g) {
             const std::size_t i = idx(g);
             if constexpr (n_guards > 1) {
-                if (!active(g)) continue;
+                if (!active(g))
+                    continue;
             }
             if (order_[i] > 0) {
                 low_[i] = std::numeric_limits<S>::infinity();
@@ -342,19 +382,24 @@ private:
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
     /// allows, or rounding.
     S touch_band(int g, bool rounding_only) const {
-        if (g >= Guard<M>::first_section || (mode_[g / 3] == 0 && g % 3 == 2)) return S(0);
+        if (g >= Guard<M>::first_section || (mode_[g / 3] == 0 && g % 3 == 2))
+            return S(0);
         const int j = g / 3;
         const bool fixed = settings_.fixed_step > S(0);
-        if (mode_[j] == 0) return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : settings_.rtol);
+        if (mode_[j] == 0)
+            return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : settings_.rtol);
         const S rounding = rounding_band(sys_, j, clock_.local, x_, p_);
-        if (fixed || rounding_only) return rounding;
+        if (fixed || rounding_only)
+            return rounding;
         const X gradient = grad_h(sys_, j, clock_.local, x_, p_);
         S sum(0);
-        for (int i = 0; i < N; ++i) sum += abs_(gradient[i]) * scale_[i];
+        for (int i = 0; i < N; ++i)
+            sum += abs_(gradient[i]) * scale_[i];
         return rounding + sum;
     }
 
-    /// True if the far side of surface j leads back to it: a touch within the tolerance then changes nothing.
+    /// True if the far side of surface j leads back to it: a touch within the tolerance then
+    /// changes nothing.
     bool far_side_attracts(int j, const S& t, const X& x) const {
         Mode<M> far = mode_;
         far.set(j, -mode_[j]);
@@ -371,60 +416,81 @@ private:
     FILIPPOV_INLINE bool any_doubt() const {
         for (int g = 0; g < n_guards; ++g) {
             if constexpr (n_guards > 1) {
-                if (!active(g)) continue;
+                if (!active(g))
+                    continue;
             }
-            if (doubtful(g)) return true;
+            if (doubtful(g))
+                return true;
         }
         return false;
     }
 
     /// The earliest event of a step among the guards in doubt.
-    template <class Path>
-    FILIPPOV_COLD Found first_event(Path& path) {
+    template <class Path> FILIPPOV_COLD Found first_event(Path& path) {
         Found found;
         ++counters_.root_searches;
         for (int g = 0; g < n_guards; ++g) {
-            if (!active(g) || (settings_.skip_root_search && !doubtful(g))) continue;
+            if (!active(g) || (settings_.skip_root_search && !doubtful(g)))
+                continue;
             const std::size_t i = idx(g);
-            const auto raw = [&](const S& theta) { return guard_value(g, S(clock_.local + theta * path.dt), path(theta)); };
-            if (sense_[i] == S(0)) {  // starts exactly on zero: its side is where the step goes
+            const auto raw = [&](const S& theta) {
+                return guard_value(g, S(clock_.local + theta * path.dt), path(theta));
+            };
+            if (sense_[i] == S(0)) { // starts exactly on zero: its side is where the step goes
                 sense_[i] = S(1);
-                if (raw(S(1e-3)) < S(0)) sense_[i] = S(-1);
+                const S early = raw(S(1e-3)), late = raw(S(1));
+                if (early < S(0) || (early == S(0) && late < S(0)))
+                    sense_[i] = S(-1);
                 end_value_[i] = guard_value(g, S(clock_.local + path.dt), path.x1);
             }
-            // The root at the start is divided out. Within the sliver the quotient is rounding (for a
-            // double root, error of the interpolant): its value there is the one at the sliver's end.
+            // A function that stays zero (a section given as max(0, ...)) is not crossed again and
+            // again.
+            if (g >= Guard<M>::first_section && !(start_[i] > S(0) && order_[i] == 0) &&
+                raw(S(0.5)) == S(0) && raw(S(1)) == S(0)) {
+                sense_[i] = S(0);
+                continue;
+            }
+            // The root at the start is divided out. Within the sliver the quotient is rounding (for
+            // a double root, error of the interpolant): its value there is the one at the sliver's
+            // end.
             const int order = order_[i];
             const S sliver = order == 0 ? S(0) : order == 1 ? S(1e-9) : S(1e-3);
             const auto value = [&](const S& theta) {
-                if (order == 0) return raw(theta);
+                if (order == 0)
+                    return raw(theta);
                 const S u = std::max(theta, sliver);
                 const S v = divided(raw(u) - start_offset_[i], u, order);
                 return theta < sliver ? abs_(v) : v;
             };
             S g0 = order == 0 ? start_[i] : value(S(0));
-            if (!(g0 > S(0))) g0 = std::numeric_limits<S>::min();
+            if (!(g0 > S(0)))
+                g0 = std::numeric_limits<S>::min();
             S theta(2);
-            Contact contact = first_contact(value, g0, order == 0 ? touch_band(g, false) : S(0), theta);
+            Contact contact =
+                first_contact(value, g0, order == 0 ? touch_band(g, false) : S(0), theta);
             if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
                 !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
                 contact = first_contact(value, g0, touch_band(g, true), theta);
-            if (contact != Contact::none && theta < found.theta) found = {g, theta, contact == Contact::touch};
+            if (contact != Contact::none && theta < found.theta)
+                found = {g, theta, contact == Contact::touch};
         }
         return found;
     }
 
     /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
     /// at the end of the run, would find its root at the start.
-    template <class Path>
-    Found contact_at_end(Path& path, bool last) {
+    template <class Path> Found contact_at_end(Path& path, bool last) {
         for (int g = 0; g < n_guards; ++g) {
-            if (!active(g) || !doubtful(g) || order_[idx(g)] > 0) continue;
+            if (!active(g) || !doubtful(g) || order_[idx(g)] > 0 || sense_[idx(g)] == S(0))
+                continue;
             const S value = guard_value(g, S(clock_.local + path.dt), path.x1);
-            const S band = g < Guard<M>::first_section
-                               ? touch_band(g, true)
-                               : (last ? S(64) * epsilon<S> * std::max(abs_(low_[idx(g)]), abs_(high_[idx(g)])) : S(-1));
-            if (abs_(value) <= band) return {g, S(1), false};
+            const S band =
+                g < Guard<M>::first_section
+                    ? touch_band(g, true)
+                    : (last ? S(64) * epsilon<S> * std::max(abs_(low_[idx(g)]), abs_(high_[idx(g)]))
+                            : S(-1));
+            if (abs_(value) <= band)
+                return {g, S(1), false};
         }
         return {};
     }
@@ -434,16 +500,18 @@ private:
     /// Derivative of guard g along the path at its end, times -1: positive before a minimum.
     S minus_slope(int g, const S& t, const X& x, const X& f) const {
         const int j = g / 3;
-        if (mode_[j] != 0) return -sense_[idx(g)] * normal_component(sys_, j, t, x, p_, f);
+        if (mode_[j] != 0)
+            return -sense_[idx(g)] * normal_component(sys_, j, t, x, p_, f);
         const auto q = lift<1>(p_);
-        const auto s = [&](const auto& time, const auto& y) { return sliding_margin(sys_, mode_, time, y, q).s; };
+        const auto s = [&](const auto& time, const auto& y) {
+            return sliding_margin(sys_, mode_, time, y, q).s;
+        };
         return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
     }
 
     /// Shortens the step so that it ends on the event: Newton on the length of the step itself, so
     /// that the state there has the order of the method, not of the interpolant.
-    template <class Path>
-    FILIPPOV_COLD Stop land(Path& path, const Found& found) {
+    template <class Path> FILIPPOV_COLD Stop land(Path& path, const Found& found) {
         const int g = found.guard;
         const X x_before = x_;
         const S full = path.dt;
@@ -451,10 +519,11 @@ private:
         const S forward = S(direction_);
         const auto residual = [&] {
             const S t = clock_.local + path.dt;
-            return found.touch ? forward * minus_slope(g, t, path.x1, path.end_field()) : guard_value(g, t, path.x1);
+            return found.touch ? forward * minus_slope(g, t, path.x1, path.end_field())
+                               : guard_value(g, t, path.x1);
         };
         S slope = landing_slope(path, found);
-        S near = S(0), far = full;  // residual > 0 at near, <= 0 at far, once seen
+        S near = S(0), far = full; // residual > 0 at near, <= 0 at far, once seen
         bool seen_near = false, seen_far = false;
         S previous_d = d, previous_r(0);
         bool jumped = false;
@@ -462,7 +531,8 @@ private:
             path.shorten(d);
             ++counters_.landings;
             const S r = residual();
-            if (r == S(0)) break;
+            if (r == S(0))
+                break;
             if (r > S(0)) {
                 near = d;
                 seen_near = true;
@@ -472,17 +542,22 @@ private:
             }
             if (k > 0 && d != previous_d && abs_(d - previous_d) > S(1e-12) * abs_(full)) {
                 const S secant = (r - previous_r) / (d - previous_d);
-                if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity()) slope = secant;
+                if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity())
+                    slope = secant;
             }
             previous_d = d;
             previous_r = r;
             const S delta = -r / slope;
-            if (abs_(delta) <= ulp(clock_.local + d)) break;
+            if (abs_(delta) <= ulp(clock_.local + d))
+                break;
             const S next = d + delta;
-            const bool inside = forward * next >= S(0) && forward * (full * S(1.01) - next) >= S(0) &&
-                                !(seen_near && !(forward * (next - near) > S(0))) && !(seen_far && !(forward * (far - next) > S(0)));
+            const bool inside = forward * next >= S(0) &&
+                                forward * (full * S(1.01) - next) >= S(0) &&
+                                !(seen_near && !(forward * (next - near) > S(0))) &&
+                                !(seen_far && !(forward * (far - next) > S(0)));
             if (inside && path.nudge_error(delta) <= nudge_tolerance()) {
-                if (polish(path, residual, slope, delta)) break;
+                if (polish(path, residual, slope, delta))
+                    break;
                 path.shorten(d);
             }
             if (seen_near && seen_far && abs_(far - near) <= S(2) * ulp(clock_.local + d)) {
@@ -491,24 +566,31 @@ private:
                 jumped = !found.touch && abs_(residual()) > touch_band_at(g, path.x1);
                 break;
             }
-            if (inside && !(k > 6 && k % 2 == 1)) d = next;
-            else if (seen_near && seen_far) d = near + (far - near) / S(2);
-            else if (seen_near) d = d + (full - d) / S(2);
-            else d = d / S(2);
+            if (inside && !(k > 6 && k % 2 == 1))
+                d = next;
+            else if (seen_near && seen_far)
+                d = near + (far - near) / S(2);
+            else if (seen_near)
+                d = d + (full - d) / S(2);
+            else
+                d = d / S(2);
         }
         Stop stop;
         stop.guard = g;
         stop.touch = found.touch;
         stop.jumped = jumped;
         settle_on_surface(path, g, found.touch || jumped);
-        if (degenerate(g, path, x_before)) stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
+        if (degenerate(g, path, x_before))
+            stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         accept(path.x1, path.dt, path);
         for (int q = Guard<M>::first_section; q < n_guards; ++q) {
-            if (!active(q)) continue;
+            if (!active(q))
+                continue;
             start_[idx(q)] = guard_value(q, clock_.local, x_);
             order_[idx(q)] = 0;
         }
-        if (stop.status != Status::ok) diagnosis_ = {"grad h", clock_.absolute(), x_, mode_, g / 3};
+        if (stop.status != Status::ok)
+            diagnosis_ = {"grad h", clock_.absolute(), x_, mode_, g / 3};
         return stop;
     }
 
@@ -520,53 +602,65 @@ private:
         for (int k = 0; k < 12; ++k) {
             path.nudge(delta);
             const S next = -residual() / slope;
-            if (abs_(next) <= ulp(clock_.local + path.dt)) return true;
-            if (!(abs_(next) < S(0.5) * abs_(delta))) return abs_(next) <= noise;
+            if (abs_(next) <= ulp(clock_.local + path.dt))
+                return true;
+            if (!(abs_(next) < S(0.5) * abs_(delta)))
+                return abs_(next) <= noise;
             delta = next;
         }
         return abs_(delta) <= noise;
     }
 
-    template <class Path>
-    S landing_slope(Path& path, const Found& found) {
+    template <class Path> S landing_slope(Path& path, const Found& found) {
         const int g = found.guard;
         const S step = found.touch ? S(1e-3) : S(1e-4);
         const S u = std::min(found.theta + step, S(1)), v = std::max(found.theta - step, S(0));
-        const auto raw = [&](const S& theta) { return guard_value(g, S(clock_.local + theta * path.dt), path(theta)); };
-        if (!found.touch) return (raw(u) - raw(v)) / ((u - v) * path.dt);
+        const auto raw = [&](const S& theta) {
+            return guard_value(g, S(clock_.local + theta * path.dt), path(theta));
+        };
+        if (!found.touch)
+            return (raw(u) - raw(v)) / ((u - v) * path.dt);
         const S m = (u + v) / S(2), w = (u - v) / S(2) * path.dt;
         return -S(direction_) * (raw(u) - S(2) * raw(m) + raw(v)) / (w * w);
     }
 
-    /// What a landing may leave to a Taylor step: a hundredth of the tolerance, or rounding if there is none.
-    S nudge_tolerance() const { return settings_.fixed_step > S(0) ? S(0.01) * epsilon<S> / settings_.rtol : S(0.01); }
+    /// What a landing may leave to a Taylor step: a hundredth of the tolerance, or rounding if
+    /// there is none.
+    S nudge_tolerance() const {
+        return settings_.fixed_step > S(0) ? S(0.01) * epsilon<S> / settings_.rtol : S(0.01);
+    }
 
     S touch_band_at(int g, const X& x) const {
-        if (g >= Guard<M>::first_section) return std::numeric_limits<S>::infinity();
-        if (mode_[g / 3] == 0) return S(1e-6);
+        if (g >= Guard<M>::first_section)
+            return std::numeric_limits<S>::infinity();
+        if (mode_[g / 3] == 0)
+            return S(1e-6);
         return S(1e3) * rounding_band(sys_, g / 3, clock_.local, x, p_);
     }
 
-    /// Puts the landed state on the surface that was met (not after a touch) and on the one slid on.
-    template <class Path>
-    void settle_on_surface(Path& path, int g, bool off_surface) {
+    /// Puts the landed state on the surface that was met (not after a touch) and on the one slid
+    /// on.
+    template <class Path> void settle_on_surface(Path& path, int g, bool off_surface) {
         const S t = clock_.local + path.dt;
-        if (const int j = sliding_surface(mode_); j >= 0) path.x1 = project(sys_, j, t, path.x1, p_, scale_);
+        if (const int j = sliding_surface(mode_); j >= 0)
+            path.x1 = project(sys_, j, t, path.x1, p_, scale_);
         if (g < Guard<M>::first_section && mode_[g / 3] != 0 && !off_surface)
             path.x1 = project(sys_, g / 3, t, path.x1, p_, scale_);
     }
 
     /// True if the gradient of h vanishes where the surface was met: to first order the step
     /// explains less than a millionth of the change of h.
-    template <class Path>
-    bool degenerate(int g, const Path& path, const X& x_before) const {
-        if (g >= Guard<M>::first_section || mode_[g / 3] == 0) return false;
+    template <class Path> bool degenerate(int g, const Path& path, const X& x_before) const {
+        if (g >= Guard<M>::first_section || mode_[g / 3] == 0)
+            return false;
         const int j = g / 3;
         const S t = clock_.local + path.dt;
         const X gradient = grad_h(sys_, j, t, path.x1, p_);
         S first_order = abs_(h_t(sys_, j, t, path.x1, p_) * path.dt);
-        for (int i = 0; i < N; ++i) first_order += abs_(gradient[i] * (path.x1[i] - x_before[i]));
-        const S change = abs_(switching(sys_, t, path.x1, p_)[j] - switching(sys_, clock_.local, x_before, p_)[j]);
+        for (int i = 0; i < N; ++i)
+            first_order += abs_(gradient[i] * (path.x1[i] - x_before[i]));
+        const S change = abs_(switching(sys_, t, path.x1, p_)[j] -
+                              switching(sys_, clock_.local, x_before, p_)[j]);
         return !(first_order > S(1e-6) * change) && change > S(0);
     }
 
@@ -574,43 +668,51 @@ private:
 
     void weigh(const X& x) {
         for (int i = 0; i < N; ++i)
-            scale_[i] = std::max(S(settings_.atol[i] + settings_.rtol * abs_(x[i])), smallest_scale);
+            scale_[i] =
+                std::max(S(settings_.atol[i] + settings_.rtol * abs_(x[i])), smallest_scale);
     }
     S norm(const X& v) const {
         using std::sqrt;
         S sum(0);
-        for (int i = 0; i < N; ++i) sum += (v[i] / scale_[i]) * (v[i] / scale_[i]);
+        for (int i = 0; i < N; ++i)
+            sum += (v[i] / scale_[i]) * (v[i] / scale_[i]);
         return sqrt(sum / S(N));
     }
     FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
         X weight;
         for (int i = 0; i < N; ++i)
-            weight[i] = S(1) / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
+            weight[i] =
+                S(1) / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
         return Tableau::error(rk_, weight, dt);
     }
 
     /// Takes the step to x1: observer, state, clock.
-    template <class Path>
-    FILIPPOV_INLINE void accept(const X& x1, const S& dt, Path& path) {
-        if constexpr (Obs::wants_steps) observer_.on_step(StepView<S, N, M>{clock_, dt, x_, x1, mode_}, path);
+    template <class Path> FILIPPOV_INLINE void accept(const X& x1, const S& dt, Path& path) {
+        Clock<S> next = clock_;
+        next.advance(dt);
+        if (dt == clock_.until(end_))
+            next = end_;
+        if constexpr (Obs::wants_steps)
+            observer_.on_step(StepView<S, N, M>{clock_, next, dt, x_, x1, mode_}, path);
         x_ = x1;
         weigh(x_);
-        clock_.advance(dt);
+        clock_ = next;
         ++counters_.steps;
     }
     FILIPPOV_INLINE void keep_guard_values() {
         for (int g = 0; g < n_guards; ++g) {
             if constexpr (n_guards > 1) {
-                if (!active(g)) continue;
+                if (!active(g))
+                    continue;
             }
             start_[idx(g)] = end_value_[idx(g)];
             order_[idx(g)] = 0;
         }
     }
 
-    /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first asked for.
-    template <class Rhs>
-    struct RungeKuttaPath {
+    /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first
+    /// asked for.
+    template <class Rhs> struct RungeKuttaPath {
         Segment& seg;
         Rhs& rhs;
         S dt;
@@ -639,10 +741,10 @@ private:
             return on_surface(polynomial(theta), S(seg.clock_.local + theta * dt));
         }
         /// Leaves what is needed to evaluate this step later.
-        template <class Piece>
-        void store(Piece& piece) {
+        template <class Piece> void store(Piece& piece) {
             (*this)(S(0));
-            for (std::size_t m = 0; m < polynomial.c.size(); ++m) piece.polynomial.c[m] = polynomial.c[m];
+            for (std::size_t m = 0; m < polynomial.c.size(); ++m)
+                piece.polynomial.c[m] = polynomial.c[m];
         }
         const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
         void shorten(const S& d) {
@@ -667,7 +769,8 @@ private:
         /// Bound on the error of a nudge in units of the tolerance: all of its second-order term.
         S nudge_error(const S& delta) const {
             X bend;
-            for (int i = 0; i < N; ++i) bend[i] = (end_field()[i] - seg.rk_.k[0][i]) / dt;
+            for (int i = 0; i < N; ++i)
+                bend[i] = (end_field()[i] - seg.rk_.k[0][i]) / dt;
             return seg.norm(bend) * delta * delta;
         }
     };
@@ -686,57 +789,69 @@ private:
     /// across it (the field may not exist beyond), else a quarter.
     FILIPPOV_COLD S shorter_than(const S& dt) const {
         for (int j = 0; j < M; ++j) {
-            if (mode_[j] == 0) continue;
+            if (mode_[j] == 0)
+                continue;
             const S height = switching(sys_, clock_.local, x_, p_)[j];
             const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
-            if (eta / dt > S(0) && eta / dt < S(1)) return S(0.9) * eta;
+            if (eta / dt > S(0) && eta / dt < S(1))
+                return S(0.9) * eta;
         }
         return dt / S(4);
     }
-    /// Where a field ends at its surface no step reaches across: the surface is met when the time left
-    /// to it is below the resolution of time.
+    /// Where a field ends at its surface no step reaches across: the surface is met when the time
+    /// left to it is below the resolution of time.
     FILIPPOV_COLD Stop contact_at_edge() {
         Stop stop;
         for (int j = 0; j < M; ++j) {
-            if (mode_[j] == 0) continue;
+            if (mode_[j] == 0)
+                continue;
             const S height = switching(sys_, clock_.local, x_, p_)[j];
             const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
-            if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution())) continue;
+            if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution()))
+                continue;
             x_ = project(sys_, j, clock_.local, x_, p_, scale_);
             stop.guard = Guard<M>::below(j);
         }
         return stop;
     }
     FILIPPOV_COLD Status fail_small(bool bad_stage) {
-        if (!bad_stage) return fail(Status::step_too_small, "");
+        if (!bad_stage)
+            return fail(Status::step_too_small, "");
         const S dt = S(direction_) * S(2) * resolution();
         std::string_view what = what_is_not_finite(S(clock_.local + dt), X(x_ + dt * rk_.k[0]));
-        if (what.empty()) what = what_is_not_finite(clock_.local, x_);
+        if (what.empty())
+            what = what_is_not_finite(clock_.local, x_);
         return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
     }
 
-    template <class Rhs>
-    Stop run(Rhs rhs) {
+    template <class Rhs> Stop run(Rhs rhs) {
         if (!have_k0_) {
             rk_.k[0] = rhs.field(clock_.local, x_);
             ++counters_.field;
             have_k0_ = true;
-            if (!all_finite<S, N>(rk_.k[0])) return {fail(Status::not_finite, what_is_not_finite(clock_.local, x_))};
+            if (!all_finite<S, N>(rk_.k[0]))
+                return {fail(Status::not_finite, what_is_not_finite(clock_.local, x_))};
         }
         const bool fixed = settings_.fixed_step > S(0);
         bool bad_stage = false;
         for (;;) {
             const S remaining = clock_.until(end_);
-            if (!(S(direction_) * remaining > S(0))) return {};
-            if (counters_.steps + counters_.rejected >= settings_.max_steps) return {fail(Status::max_steps, "")};
-            if (interrupted()) return {fail(Status::interrupted, "")};
+            if (!(S(direction_) * remaining > S(0)))
+                return {};
+            if (counters_.steps + counters_.rejected >= settings_.max_steps)
+                return {fail(Status::max_steps, "")};
+            if (interrupted())
+                return {fail(Status::interrupted, "")};
             S dt = dt_;
-            if (abs_(dt) > settings_.max_step) dt = S(direction_) * settings_.max_step;
+            if (abs_(dt) > settings_.max_step)
+                dt = S(direction_) * settings_.max_step;
             const bool last = S(direction_) * dt >= S(direction_) * remaining * (S(1) - S(1e-9));
-            if (last) dt = remaining;
+            if (last)
+                dt = remaining;
             if (abs_(dt_) < resolution() && !(last && !bad_stage)) {
                 const Stop stop = bad_stage ? contact_at_edge() : Stop{};
-                if (stop.guard >= 0) return stop;
+                if (stop.guard >= 0)
+                    return stop;
                 return {fail_small(bad_stage)};
             }
 
@@ -750,7 +865,8 @@ private:
                 ++counters_.rejected;
                 bad_stage = !finite || !(error < std::numeric_limits<S>::infinity());
                 dt_ = bad_stage ? shorter_than(dt) : dt * control_.template after_reject<S>(error);
-                if (bad_stage && fixed) return {fail_small(true)};
+                if (bad_stage && fixed)
+                    return {fail_small(true)};
                 continue;
             }
             path.x1 = path.on_surface(path.x1, S(clock_.local + dt));
@@ -758,13 +874,15 @@ private:
             Found found;
             if (!settings_.skip_root_search || any_doubt()) {
                 found = first_event(path);
-                if (found.guard < 0) found = contact_at_end(path, last);
+                if (found.guard < 0)
+                    found = contact_at_end(path, last);
             }
             if (!fixed) {
-                // A step cut by the end of the run does not shrink the next proposal; one that ends at
-                // an event keeps the full step's.
+                // A step cut by the end of the run does not shrink the next proposal; one that ends
+                // at an event keeps the full step's.
                 const S proposed = dt * control_.template after_accept<S>(error);
-                if (!last || abs_(proposed) > abs_(dt_)) dt_ = proposed;
+                if (!last || abs_(proposed) > abs_(dt_))
+                    dt_ = proposed;
             }
             bad_stage = false;
             if (found.guard >= 0) {
@@ -775,7 +893,6 @@ private:
             accept(path.x1, dt, path);
             rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
             keep_guard_values();
-            if (last) clock_ = end_;
         }
     }
 
@@ -787,29 +904,34 @@ private:
         S dt;
         X x1;
 
-        X operator()(const S& theta) const { return seg.sys_.sliding_flow(seg.clock_.local, seg.x_, seg.p_, S(theta * dt)); }
-        template <class Piece>
-        void store(Piece& piece) const {
-            piece.closed_form = true;
+        X operator()(const S& theta) const {
+            return seg.sys_.sliding_flow(seg.clock_.local, seg.x_, seg.p_, S(theta * dt));
         }
+        template <class Piece> void store(Piece& piece) const { piece.closed_form = true; }
         X end_field() const { return seg.mode_field(S(seg.clock_.local + dt), x1); }
         void shorten(const S& d) {
             dt = d;
             x1 = (*this)(S(1));
         }
         void nudge(const S& delta) { shorten(dt + delta); }
-        S nudge_error(const S&) const { return std::numeric_limits<S>::infinity(); }  // re-evaluating is as cheap
+        S nudge_error(const S&) const {
+            return std::numeric_limits<S>::infinity();
+        } // re-evaluating is as cheap
     };
 
     Stop run_closed_form() {
         have_k0_ = false;
         S window = abs_(dt_);
-        const S longest = clock_.period > S(0) ? clock_.period / S(2) : std::numeric_limits<S>::infinity();
+        const S longest =
+            clock_.period > S(0) ? clock_.period / S(2) : std::numeric_limits<S>::infinity();
         for (;;) {
             const S remaining = clock_.until(end_);
-            if (!(S(direction_) * remaining > S(0))) return {};
-            if (counters_.steps + counters_.rejected >= settings_.max_steps) return {fail(Status::max_steps, "")};
-            if (interrupted()) return {fail(Status::interrupted, "")};
+            if (!(S(direction_) * remaining > S(0)))
+                return {};
+            if (counters_.steps + counters_.rejected >= settings_.max_steps)
+                return {fail(Status::max_steps, "")};
+            if (interrupted())
+                return {fail(Status::interrupted, "")};
             window = std::max(std::min({window, longest, settings_.max_step}), resolution());
             const bool last = window >= abs_(remaining);
             ClosedFormPath path{*this, last ? remaining : S(direction_) * window, X(x_)};
@@ -819,16 +941,18 @@ private:
                 path.x1 = path(theta);
                 probe_slide(theta, S(clock_.local + theta * path.dt), path.x1);
             }
-            if (!all_finite<S, N>(path.x1)) return {fail(Status::not_finite, "sliding_flow")};
+            if (!all_finite<S, N>(path.x1))
+                return {fail(Status::not_finite, "sliding_flow")};
             Found found;
             if (!settings_.skip_root_search || any_doubt()) {
                 found = first_event(path);
-                if (found.guard < 0) found = contact_at_end(path, last);
+                if (found.guard < 0)
+                    found = contact_at_end(path, last);
             }
-            if (found.guard >= 0) return land(path, found);
+            if (found.guard >= 0)
+                return land(path, found);
             accept(path.x1, path.dt, path);
             keep_guard_values();
-            if (last) clock_ = end_;
             window *= S(4);
         }
     }
@@ -846,7 +970,8 @@ private:
         all.fill(true);
         return all;
     }
-    static constexpr S smallest_scale = std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
+    static constexpr S smallest_scale =
+        std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
 
     const Sys& sys_;
     const P p_;
@@ -864,16 +989,15 @@ private:
     X scale_;
     std::array<S, n_guards> start_{}, end_value_{}, start_offset_{}, low_{}, high_{};
     std::array<int, n_guards> order_{};
-    std::array<S, n_guards> sense_{};  ///< sign of a guard before its event, 0: not known yet
+    std::array<S, n_guards> sense_{}; ///< sign of a guard before its event, 0: not known yet
     std::array<bool, n_guards> watched_ = filled();
     Counters counters_{};
     Diagnosis<S, N, M> diagnosis_{};
 };
 
 /// Where a forced segment ended.
-template <class S, int N, int M>
-struct SegmentResult {
-    Status status = Status::ok;  ///< `event` if the target was met, `ok` at t_end
+template <class S, int N, int M> struct SegmentResult {
+    Status status = Status::ok; ///< `event` if the target was met, `ok` at t_end
     Clock<S> clock{};
     S t{};
     Vec<S, N> x{};
@@ -883,29 +1007,33 @@ struct SegmentResult {
 
 /// Follows one forced mode from x0 at t0 to the first root of a target, or to t_end.
 ///
-/// Nothing is judged: a slide goes on beyond |s| = 1, a one-sided field beyond its side as long as it
-/// is finite, and other surfaces are passed. So the end depends smoothly on the start wherever the target is
-/// met transversally, which shooting and continuation need.
-/// @param target  Guard<M>::below(j): h_j = 0, or in a slide s = -1; Guard<M>::above(j): s = +1; -1: none.
+/// Nothing is judged: a slide goes on beyond |s| = 1, a one-sided field beyond its side as long as
+/// it is finite, and other surfaces are passed. So the end depends smoothly on the start wherever
+/// the target is met transversally, which shooting and continuation need.
+/// @param target  Guard<M>::below(j): h_j = 0, or in a slide s = -1; Guard<M>::above(j): s = +1;
+/// -1: none.
 ///                A target that is zero at the start is not found there.
 /// @error std::invalid_argument as in `flow`; else a Status
 template <class Tableau, class Sys, class S>
-SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
-                                                      const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0,
-                                                      std::type_identity_t<S> t0, std::type_identity_t<S> t_end, int target,
-                                                      const Settings<S, dim_v<Sys>>& settings) {
+SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
+segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
+        const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
+        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings) {
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p);
     Nothing nothing;
     const Sections<> none;
-    Segment<Sys, S, Tableau, Nothing, Sections<>> run(sys, p, t0, x0, t_end, settings, nothing, none);
+    Segment<Sys, S, Tableau, Nothing, Sections<>> run(sys, p, t0, x0, t_end, settings, nothing,
+                                                      none);
     run.enter(mode);
     run.choose_first_step();
     run.watch_only(target);
     const Stop stop = run.advance();
     SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;
-    result.status = stop.status != Status::ok ? stop.status : stop.guard >= 0 ? Status::event : Status::ok;
+    result.status = stop.status != Status::ok ? stop.status
+                    : stop.guard >= 0         ? Status::event
+                                              : Status::ok;
     result.clock = run.clock();
     result.t = result.clock.absolute();
     result.x = run.x();

@@ -14,11 +14,13 @@ namespace filippov {
 ///
 /// Scales with h, and not at all with the units of x and t.
 template <class Sys, class S>
-S rounding_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+S rounding_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
+                const Params<Sys, S>& p) {
     using std::abs;
     const State<Sys, S> g = grad_h(sys, j, t, x, p);
     S sum = abs(h_t(sys, j, t, x, p) * t);
-    for (int i = 0; i < dim_v<Sys>; ++i) sum += abs(g[i] * x[i]);
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        sum += abs(g[i] * x[i]);
     return S(16) * epsilon<S> * sum;
 }
 
@@ -30,7 +32,8 @@ S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Pa
     using std::abs;
     const State<Sys, S> g = grad_h(sys, j, t, x, p);
     S sum(0);
-    for (int i = 0; i < dim_v<Sys>; ++i) sum += abs(g[i]) * atol[i];
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        sum += abs(g[i]) * atol[i];
     return rounding_band(sys, j, t, x, p) + S(1e-3) * sum;
 }
 
@@ -40,16 +43,21 @@ S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Pa
 ///
 /// @return x unchanged where h is zero already or the gradient vanishes
 template <class Sys, class S>
-FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
-                                             const Params<Sys, S>& p, const State<Sys, S>& scale) {
+FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
+                                             const State<Sys, S>& x, const Params<Sys, S>& p,
+                                             const State<Sys, S>& scale) {
     const S h = switching(sys, t, x, p)[j];
-    if (h == S(0)) return x;
+    if (h == S(0))
+        return x;
     const State<Sys, S> g = grad_h(sys, j, t, x, p);
     S norm(0);
-    for (int i = 0; i < dim_v<Sys>; ++i) norm += g[i] * g[i] * scale[i] * scale[i];
-    if (!(norm > S(0))) return x;
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        norm += g[i] * g[i] * scale[i] * scale[i];
+    if (!(norm > S(0)))
+        return x;
     State<Sys, S> y;
-    for (int i = 0; i < dim_v<Sys>; ++i) y[i] = x[i] - h / norm * scale[i] * scale[i] * g[i];
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        y[i] = x[i] - h / norm * scale[i] * scale[i] * g[i];
     return y;
 }
 
@@ -62,7 +70,8 @@ State<Sys, S> project(const Sys& sys, int j, const S& t, State<Sys, S> x, const 
     for (int k = 0; k < 8 && best > S(0); ++k) {
         const State<Sys, S> y = toward_surface(sys, j, t, x, p, scale);
         const S h = abs(switching(sys, t, y, p)[j]);
-        if (!(h < best)) break;
+        if (!(h < best))
+            break;
         best = h;
         x = y;
     }

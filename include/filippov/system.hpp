@@ -13,8 +13,7 @@ namespace filippov {
 // --- sizes -------------------------------------------------------------------------------------
 
 /// Number of state components.
-template <class Sys>
-inline constexpr int dim_v = Sys::dim;
+template <class Sys> inline constexpr int dim_v = Sys::dim;
 
 /// Number M of switching surfaces: `static constexpr int surfaces`, 1 if absent.
 template <class Sys>
@@ -34,10 +33,8 @@ inline constexpr int params_v = [] {
         return 0;
 }();
 
-template <class Sys, class S>
-using State = Vec<S, dim_v<Sys>>;
-template <class Sys, class S>
-using Params = Vec<S, params_v<Sys>>;
+template <class Sys, class S> using State = Vec<S, dim_v<Sys>>;
+template <class Sys, class S> using Params = Vec<S, params_v<Sys>>;
 
 // --- the required members ----------------------------------------------------------------------
 
@@ -45,35 +42,46 @@ using Params = Vec<S, params_v<Sys>>;
 
 /// h(t, x, p): S for one surface, Vec<S, M> for M.
 template <class Sys, class S>
-concept HasSwitch = requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-    requires(surfaces_v<Sys> == 1 && requires { { sys.h(t, x, p) } -> std::same_as<S>; }) ||
-                requires { { sys.h(t, x, p) } -> std::same_as<Vec<S, surfaces_v<Sys>>>; };
-};
+concept HasSwitch =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        requires(surfaces_v<Sys> == 1 && requires {
+                    { sys.h(t, x, p) } -> std::same_as<S>;
+                }) || requires {
+            { sys.h(t, x, p) } -> std::same_as<Vec<S, surfaces_v<Sys>>>;
+        };
+    };
 
-/// f1(t, x, p) where h < 0 and f2(t, x, p) where h > 0, each smooth across the surface (one surface).
+/// f1(t, x, p) where h < 0 and f2(t, x, p) where h > 0, each smooth across the surface (one
+/// surface).
 template <class Sys, class S>
-concept HasSides = surfaces_v<Sys> == 1 &&
-                   requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-                       { sys.f1(t, x, p) } -> std::same_as<State<Sys, S>>;
-                       { sys.f2(t, x, p) } -> std::same_as<State<Sys, S>>;
-                   };
+concept HasSides =
+    surfaces_v<Sys> == 1 &&
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.f1(t, x, p) } -> std::same_as<State<Sys, S>>;
+        { sys.f2(t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
 
 /// field(t, x, s, p): the blend in one evaluation, affine in each s_j. s is S for one surface,
 /// Vec<S, M> for M.
 template <class Sys, class S>
-concept HasField = requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
-                            const S& s1, const Vec<S, surfaces_v<Sys>>& sm) {
-    requires(surfaces_v<Sys> == 1 && requires { { sys.field(t, x, s1, p) } -> std::same_as<State<Sys, S>>; }) ||
-                requires { { sys.field(t, x, sm, p) } -> std::same_as<State<Sys, S>>; };
-};
+concept HasField =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
+             const S& s1, const Vec<S, surfaces_v<Sys>>& sm) {
+        requires(surfaces_v<Sys> == 1 && requires {
+                    { sys.field(t, x, s1, p) } -> std::same_as<State<Sys, S>>;
+                }) || requires {
+            { sys.field(t, x, sm, p) } -> std::same_as<State<Sys, S>>;
+        };
+    };
 
 /// A Filippov system: `dim`, a switching function `h`, and either two sides or one blended field,
 /// each a template over the scalar (checked with double and with the differentiating scalar).
 template <class Sys>
-concept FilippovSystem = requires {
-    requires Sys::dim >= 1;
-    requires surfaces_v<Sys> >= 1;
-} && HasSwitch<Sys, double> && HasSwitch<Sys, Taylor<double, 1>> &&
+concept FilippovSystem =
+    requires {
+        requires Sys::dim >= 1;
+        requires surfaces_v<Sys> >= 1;
+    } && HasSwitch<Sys, double> && HasSwitch<Sys, Taylor<double, 1>> &&
     (HasSides<Sys, double> || HasField<Sys, double>) &&
     (HasSides<Sys, Taylor<double, 1>> || HasField<Sys, Taylor<double, 1>>);
 
@@ -81,24 +89,28 @@ concept FilippovSystem = requires {
 
 /// grad_h(t, x, p): dh/dx, a vector of length dim (one surface).
 template <class Sys, class S>
-concept HasGradH = requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-    { sys.grad_h(t, x, p) } -> std::same_as<State<Sys, S>>;
-};
+concept HasGradH =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.grad_h(t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
 /// h_t(t, x, p): dh/dt at fixed x (one surface).
 template <class Sys, class S>
-concept HasHt = requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-    { sys.h_t(t, x, p) } -> std::same_as<S>;
-};
+concept HasHt =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.h_t(t, x, p) } -> std::same_as<S>;
+    };
 /// sliding_flow(t, x, p, dt): the sliding motion in closed form, x(t + dt) from x on the surface.
 template <class Sys, class S>
-concept HasSlidingFlow = surfaces_v<Sys> == 1 &&
-                         requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const S& dt) {
-                             { sys.sliding_flow(t, x, p, dt) } -> std::same_as<State<Sys, S>>;
-                         };
+concept HasSlidingFlow =
+    surfaces_v<Sys> == 1 && requires(const Sys& sys, const S& t, const State<Sys, S>& x,
+                                     const Params<Sys, S>& p, const S& dt) {
+        { sys.sliding_flow(t, x, p, dt) } -> std::same_as<State<Sys, S>>;
+    };
 /// equivalent_control(t, x, p): s of (4.12) in closed form.
 template <class Sys, class S>
 concept HasEquivalentControl =
-    surfaces_v<Sys> == 1 && requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+    surfaces_v<Sys> == 1 &&
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
         { sys.equivalent_control(t, x, p) } -> std::same_as<S>;
     };
 /// period(p): the fields and h repeat after this time.
@@ -113,22 +125,26 @@ concept HasSMax = surfaces_v<Sys> == 1 && requires(const Sys& sys, const Params<
 };
 
 /// Explains what a type lacks to be a FilippovSystem, one static_assert a reason.
-template <class Sys>
-constexpr void require_system() {
+template <class Sys> constexpr void require_system() {
     if constexpr (!FilippovSystem<Sys>) {
         constexpr bool has_dim = requires { requires Sys::dim >= 1; };
         static_assert(has_dim, "filippov: a system needs `static constexpr int dim` >= 1");
         if constexpr (has_dim) {
             static_assert(HasSwitch<Sys, double>,
-                          "filippov: a system needs `template <class S> S h(const S& t, const Vec<S, dim>& x, const Vec<S, n_params>& p) const` "
+                          "filippov: a system needs `template <class S> S h(const S& t, const "
+                          "Vec<S, dim>& x, const Vec<S, n_params>& p) const` "
                           "returning exactly S (Vec<S, surfaces> for several surfaces)");
             static_assert(HasSides<Sys, double> || HasField<Sys, double>,
-                          "filippov: a system needs `f1` and `f2` (or `field` with the blend variable s), templates over the scalar S "
+                          "filippov: a system needs `f1` and `f2` (or `field` with the blend "
+                          "variable s), templates over the scalar S "
                           "that return exactly Vec<S, dim>, not an Eigen expression");
             static_assert(!HasSwitch<Sys, double> || HasSwitch<Sys, Taylor<double, 1>>,
-                          "filippov: `h` must be a template over the scalar S, so that it can be differentiated");
-            static_assert(!(HasSides<Sys, double> || HasField<Sys, double>) || HasSides<Sys, Taylor<double, 1>> || HasField<Sys, Taylor<double, 1>>,
-                          "filippov: `f1` and `f2` (or `field`) must be templates over the scalar S, so that they can be differentiated");
+                          "filippov: `h` must be a template over the scalar S, so that it can be "
+                          "differentiated");
+            static_assert(!(HasSides<Sys, double> || HasField<Sys, double>) ||
+                              HasSides<Sys, Taylor<double, 1>> || HasField<Sys, Taylor<double, 1>>,
+                          "filippov: `f1` and `f2` (or `field`) must be templates over the scalar "
+                          "S, so that they can be differentiated");
         }
     }
 }
@@ -136,8 +152,7 @@ constexpr void require_system() {
 // --- modes -------------------------------------------------------------------------------------
 
 /// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding).
-template <int M>
-struct Mode {
+template <int M> struct Mode {
     std::array<signed char, std::size_t(M)> side{};
 
     int operator[](int j) const { return side[std::size_t(j)]; }
@@ -145,7 +160,8 @@ struct Mode {
     /// How many surfaces are slid on.
     int sliding() const {
         int n = 0;
-        for (signed char v : side) n += v == 0;
+        for (signed char v : side)
+            n += v == 0;
         return n;
     }
     bool operator==(const Mode&) const = default;
@@ -155,8 +171,8 @@ struct Mode {
 
 /// h as a vector of length M whatever the system calls it.
 template <class Sys, class S>
-FILIPPOV_INLINE Vec<S, surfaces_v<Sys>> switching(const Sys& sys, const S& t, const State<Sys, S>& x,
-                                                  const Params<Sys, S>& p) {
+FILIPPOV_INLINE Vec<S, surfaces_v<Sys>> switching(const Sys& sys, const S& t,
+                                                  const State<Sys, S>& x, const Params<Sys, S>& p) {
     if constexpr (std::same_as<decltype(sys.h(t, x, p)), S>)
         return Vec<S, 1>(sys.h(t, x, p));
     else
@@ -166,8 +182,11 @@ FILIPPOV_INLINE Vec<S, surfaces_v<Sys>> switching(const Sys& sys, const S& t, co
 /// The field with given blend variables s_j, for `field` systems.
 template <class Sys, class S>
 FILIPPOV_INLINE State<Sys, S> blended_field(const Sys& sys, const S& t, const State<Sys, S>& x,
-                                            const Vec<S, surfaces_v<Sys>>& s, const Params<Sys, S>& p) {
-    if constexpr (requires { { sys.field(t, x, s[0], p) } -> std::same_as<State<Sys, S>>; })
+                                            const Vec<S, surfaces_v<Sys>>& s,
+                                            const Params<Sys, S>& p) {
+    if constexpr (requires {
+                      { sys.field(t, x, s[0], p) } -> std::same_as<State<Sys, S>>;
+                  })
         return sys.field(t, x, s[0], p);
     else
         return sys.field(t, x, s, p);
@@ -175,20 +194,21 @@ FILIPPOV_INLINE State<Sys, S> blended_field(const Sys& sys, const S& t, const St
 
 /// The field of a mode without sliding, the one-sided F1 or F2 of (4.8) for one surface.
 template <class Sys, class S>
-FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
-                                         const State<Sys, S>& x, const Params<Sys, S>& p) {
+FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
+                                         const S& t, const State<Sys, S>& x,
+                                         const Params<Sys, S>& p) {
     if constexpr (HasSides<Sys, S>) {
         return mode[0] < 0 ? sys.f1(t, x, p) : sys.f2(t, x, p);
     } else {
         Vec<S, surfaces_v<Sys>> s;
-        for (int j = 0; j < surfaces_v<Sys>; ++j) s[j] = S(mode[j]);
+        for (int j = 0; j < surfaces_v<Sys>; ++j)
+            s[j] = S(mode[j]);
         return blended_field(sys, t, x, s, p);
     }
 }
 
 /// The period of the forcing, 0 if the system has none.
-template <class Sys, class S>
-S period(const Sys& sys, const Params<Sys, S>& p) {
+template <class Sys, class S> S period(const Sys& sys, const Params<Sys, S>& p) {
     if constexpr (HasPeriod<Sys, S>)
         return sys.period(p);
     else
@@ -196,8 +216,7 @@ S period(const Sys& sys, const Params<Sys, S>& p) {
 }
 
 /// The largest |s| for which sliding is kept, 1 unless the system says more.
-template <class Sys, class S>
-S s_max(const Sys& sys, const Params<Sys, S>& p) {
+template <class Sys, class S> S s_max(const Sys& sys, const Params<Sys, S>& p) {
     if constexpr (HasSMax<Sys, S>)
         return sys.s_max(p);
     else
@@ -205,8 +224,7 @@ S s_max(const Sys& sys, const Params<Sys, S>& p) {
 }
 
 /// The system's default parameters: `defaults` if it has them, else zeros.
-template <class Sys, class S = double>
-Params<Sys, S> default_params() {
+template <class Sys, class S = double> Params<Sys, S> default_params() {
     Params<Sys, S> p;
     for (int i = 0; i < params_v<Sys>; ++i) {
         if constexpr (requires { Sys::defaults; })

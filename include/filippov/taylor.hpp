@@ -16,8 +16,7 @@ namespace filippov {
 /// c[0] + c[1] tau + ... + c[K] tau^K, arithmetic modulo tau^(K+1).
 ///
 /// Recurrences: Griewank & Walther, Evaluating Derivatives, 2nd ed., tables 13.1 and 13.2.
-template <class S, int K>
-struct Taylor {
+template <class S, int K> struct Taylor {
     std::array<S, K + 1> c{};
 
     Taylor() { c.fill(S(0)); }
@@ -29,7 +28,8 @@ struct Taylor {
     /// value + tau
     static Taylor variable(const S& value) {
         Taylor x(value);
-        if constexpr (K >= 1) x.c[1] = S(1);
+        if constexpr (K >= 1)
+            x.c[1] = S(1);
         return x;
     }
 
@@ -41,30 +41,35 @@ struct Taylor {
     friend Taylor operator+(const Taylor& a) { return a; }
     friend Taylor operator-(const Taylor& a) {
         Taylor r;
-        for (int k = 0; k <= K; ++k) r.c[k] = -a.c[k];
+        for (int k = 0; k <= K; ++k)
+            r.c[k] = -a.c[k];
         return r;
     }
     friend Taylor operator+(const Taylor& a, const Taylor& b) {
         Taylor r;
-        for (int k = 0; k <= K; ++k) r.c[k] = a.c[k] + b.c[k];
+        for (int k = 0; k <= K; ++k)
+            r.c[k] = a.c[k] + b.c[k];
         return r;
     }
     friend Taylor operator-(const Taylor& a, const Taylor& b) {
         Taylor r;
-        for (int k = 0; k <= K; ++k) r.c[k] = a.c[k] - b.c[k];
+        for (int k = 0; k <= K; ++k)
+            r.c[k] = a.c[k] - b.c[k];
         return r;
     }
     friend Taylor operator*(const Taylor& a, const Taylor& b) {
         Taylor r;
         for (int k = 0; k <= K; ++k)
-            for (int j = 0; j <= k; ++j) r.c[k] += a.c[j] * b.c[k - j];
+            for (int j = 0; j <= k; ++j)
+                r.c[k] += a.c[j] * b.c[k - j];
         return r;
     }
     friend Taylor operator/(const Taylor& a, const Taylor& b) {
         Taylor r;
         for (int k = 0; k <= K; ++k) {
             S sum = a.c[k];
-            for (int j = 1; j <= k; ++j) sum -= b.c[j] * r.c[k - j];
+            for (int j = 1; j <= k; ++j)
+                sum -= b.c[j] * r.c[k - j];
             r.c[k] = sum / b.c[0];
         }
         return r;
@@ -83,7 +88,8 @@ struct Taylor {
         Taylor r(sqrt(a.c[0]));
         for (int k = 1; k <= K; ++k) {
             S sum = a.c[k];
-            for (int j = 1; j < k; ++j) sum -= r.c[j] * r.c[k - j];
+            for (int j = 1; j < k; ++j)
+                sum -= r.c[j] * r.c[k - j];
             r.c[k] = sum / (S(2) * r.c[0]);
         }
         return r;
@@ -92,7 +98,8 @@ struct Taylor {
         using std::exp;
         Taylor r(exp(a.c[0]));
         for (int k = 1; k <= K; ++k) {
-            for (int j = 1; j <= k; ++j) r.c[k] += S(j) * a.c[j] * r.c[k - j];
+            for (int j = 1; j <= k; ++j)
+                r.c[k] += S(j) * a.c[j] * r.c[k - j];
             r.c[k] = r.c[k] / S(k);
         }
         return r;
@@ -125,7 +132,8 @@ struct Taylor {
             S sum(0);
             for (int j = 1; j <= k; ++j) {
                 S one_minus_r2 = (k == j) ? S(1) : S(0);
-                for (int i = 0; i <= k - j; ++i) one_minus_r2 -= r.c[i] * r.c[k - j - i];
+                for (int i = 0; i <= k - j; ++i)
+                    one_minus_r2 -= r.c[i] * r.c[k - j - i];
                 sum += S(j) * a.c[j] * one_minus_r2;
             }
             r.c[k] = sum / S(k);
@@ -134,10 +142,12 @@ struct Taylor {
     }
     /// a^n for an integer n, by repeated multiplication: exact at a = 0.
     friend Taylor pow(const Taylor& a, int n) {
-        if (n < 0) return Taylor(1) / pow(a, -n);
+        if (n < 0)
+            return Taylor(1) / pow(a, -n);
         Taylor r(1), base = a;
         for (; n > 0; n /= 2, base = base * base)
-            if (n % 2 == 1) r = r * base;
+            if (n % 2 == 1)
+                r = r * base;
         return r;
     }
     /// a^e for a real exponent, a.c[0] > 0.
@@ -149,7 +159,8 @@ private:
         Taylor r(value);
         for (int k = 1; k <= K; ++k) {
             S sum = S(k) * a.c[k];
-            for (int j = 1; j < k; ++j) sum -= S(j) * r.c[j] * d.c[k - j];
+            for (int j = 1; j < k; ++j)
+                sum -= S(j) * r.c[j] * d.c[k - j];
             r.c[k] = sum / (S(k) * d.c[0]);
         }
         return r;
@@ -171,14 +182,8 @@ private:
 };
 
 /// The plain value of a scalar: what decisions look at.
-template <std::floating_point S>
-S value_of(const S& x) {
-    return x;
-}
-template <class S, int K>
-auto value_of(const Taylor<S, K>& x) {
-    return value_of(x.c[0]);
-}
+template <std::floating_point S> S value_of(const S& x) { return x; }
+template <class S, int K> auto value_of(const Taylor<S, K>& x) { return value_of(x.c[0]); }
 
 } // namespace filippov
 

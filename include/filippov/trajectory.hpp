@@ -10,31 +10,30 @@
 namespace filippov {
 
 /// One step as it can be evaluated later.
-template <class S, int N, int M>
-struct DensePiece {
-    Clock<S> clock;  ///< at its start
-    S dt{};          ///< signed length
+template <class S, int N, int M> struct DensePiece {
+    Clock<S> clock; ///< at its start
+    S dt{};         ///< signed length
     Vec<S, N> x0;
     Mode<M> mode;
-    Interpolant<S, N, 8> polynomial;  ///< unused terms are zero
-    bool closed_form = false;         ///< a slide that the system evaluates itself
+    Interpolant<S, N, 8> polynomial; ///< unused terms are zero
+    bool closed_form = false;        ///< a slide that the system evaluates itself
 };
 
 /// Result of `simulate`.
-template <class Sys, class S>
-struct Trajectory {
+template <class Sys, class S> struct Trajectory {
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
 
     Sys sys;
     Params<Sys, S> p;
-    std::vector<S> t;               ///< absolute times of the start, of every step's end, so of every event
-    std::vector<Vec<S, N>> x;       ///< states there
-    std::vector<Mode<M>> mode;      ///< mode of the step that ends there; at the start, of the first step
+    std::vector<S> t; ///< absolute times of the start, of every step's end, so of every event
+    std::vector<Vec<S, N>> x; ///< states there
+    std::vector<Mode<M>>
+        mode; ///< mode of the step that ends there; at the start, of the first step
     std::vector<Event<S, N, M>> events;
-    std::vector<DensePiece<S, N, M>> pieces;  ///< if dense output was asked for
+    std::vector<DensePiece<S, N, M>> pieces; ///< if dense output was asked for
     FlowResult<S, N, M> result;
-    Vec<S, N> scale;                ///< lengths for putting a slide's interpolant on the surface
+    Vec<S, N> scale; ///< lengths for putting a slide's interpolant on the surface
 
     bool dense() const { return !pieces.empty(); }
 
@@ -44,7 +43,8 @@ struct Trajectory {
         const auto& piece = piece_at(time);
         const S theta = std::clamp(S((time - piece.clock.absolute()) / piece.dt), S(0), S(1));
         if (piece.closed_form) {
-            if constexpr (HasSlidingFlow<Sys, S>) return sys.sliding_flow(piece.clock.local, piece.x0, p, S(theta * piece.dt));
+            if constexpr (HasSlidingFlow<Sys, S>)
+                return sys.sliding_flow(piece.clock.local, piece.x0, p, S(theta * piece.dt));
         }
         const Vec<S, N> y = piece.polynomial(theta);
         const int j = sliding_surface(piece.mode);
@@ -53,51 +53,54 @@ struct Trajectory {
     /// Mode at time t; at an event the mode before it.
     Mode<M> mode_at(const S& time) const { return piece_at(time).mode; }
 
-    /// Blend variable at time t: -1 and +1 off the surface, the equivalent control on it (one surface).
+    /// Blend variable at time t: -1 and +1 off the surface, the equivalent control on it (one
+    /// surface).
     S s(const S& time) const
         requires(M == 1)
     {
         const auto& piece = piece_at(time);
-        if (piece.mode[0] != 0) return S(piece.mode[0]);
+        if (piece.mode[0] != 0)
+            return S(piece.mode[0]);
         const S local = piece.clock.local + (time - piece.clock.absolute());
         return sliding_margin(sys, piece.mode, local, (*this)(time), p).s;
     }
 
 private:
     const DensePiece<S, N, M>& piece_at(const S& time) const {
-        if (pieces.empty()) throw std::logic_error("filippov: this trajectory has no dense output");
+        if (pieces.empty())
+            throw std::logic_error("filippov: this trajectory has no dense output");
         const S first = t.front(), last = t.back();
         const bool forward = last >= first;
         if (!(time >= std::min(first, last) && time <= std::max(first, last)))
             throw std::out_of_range("filippov: time is outside the trajectory");
         const auto before = [forward](const S& a, const S& b) { return forward ? a < b : a > b; };
         const auto next = std::lower_bound(t.begin() + 1, t.end(), time, before);
-        const auto index = std::min<std::ptrdiff_t>(next - (t.begin() + 1), std::ptrdiff_t(pieces.size()) - 1);
+        const auto index =
+            std::min<std::ptrdiff_t>(next - (t.begin() + 1), std::ptrdiff_t(pieces.size()) - 1);
         return pieces[std::size_t(index)];
     }
 };
 
 /// Observer that fills a trajectory.
-template <class Sys, class S, bool Dense>
-struct Recorder {
+template <class Sys, class S, bool Dense> struct Recorder {
     static constexpr bool wants_steps = true;
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     Trajectory<Sys, S>& trajectory;
 
     void on_event(const Event<S, N, M>& event) {
-        if (event.kind == EventKind::start) add(event.t, event.x_right, event.mode_after);
+        if (event.kind == EventKind::start)
+            add(event.t, event.x_right, event.mode_after);
         trajectory.events.push_back(event);
     }
-    template <class Path>
-    void on_step(const StepView<S, N, M>& step, Path& path) {
-        if (trajectory.t.size() == 1) trajectory.mode.front() = step.mode;
-        Clock<S> end = step.clock;
-        end.advance(step.dt);
-        add(end.absolute(), step.x1, step.mode);
+    template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
+        if (trajectory.t.size() == 1)
+            trajectory.mode.front() = step.mode;
+        add(step.end.absolute(), step.x1, step.mode);
         if constexpr (Dense) {
             DensePiece<S, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
-            for (auto& c : piece.polynomial.c) c.setZero();
+            for (auto& c : piece.polynomial.c)
+                c.setZero();
             path.store(piece);
             trajectory.pieces.push_back(piece);
         }
@@ -112,14 +115,17 @@ private:
 };
 
 /// Simulates and keeps everything: the convenient form of `flow`.
-template <class Tableau = DormandPrince5, bool Dense = true, class Sys, class S, class Sec = Sections<>>
-Trajectory<Sys, S> simulate(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S, dim_v<Sys>>& x0,
-                            std::type_identity_t<S> t0, std::type_identity_t<S> t_end, const Settings<S, dim_v<Sys>>& settings = {},
-                            const Sec& watched = {}) {
+template <class Tableau = DormandPrince5, bool Dense = true, class Sys, class S,
+          class Sec = Sections<>>
+Trajectory<Sys, S> simulate(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
+                            const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
+                            std::type_identity_t<S> t_end,
+                            const Settings<S, dim_v<Sys>>& settings = {}, const Sec& watched = {}) {
     Trajectory<Sys, S> trajectory{sys, p, {}, {}, {}, {}, {}, {}, {}};
     for (int i = 0; i < dim_v<Sys>; ++i) {
         using std::abs;
-        trajectory.scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x0[i])), std::numeric_limits<S>::min() / epsilon<S>);
+        trajectory.scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x0[i])),
+                                       std::numeric_limits<S>::min() / epsilon<S>);
     }
     Recorder<Sys, S, Dense> recorder{trajectory};
     trajectory.result = flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);

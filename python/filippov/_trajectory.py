@@ -211,8 +211,16 @@ class Trajectory:
         inside = (t > t0) & (t < t1) if forward else (t < t0) & (t > t1)
         return t[inside], self.y[:, inside] if self.sol is None else self.sol(t[inside])
 
-    def event_table(self, last: int | None = None) -> str:
-        """Readable table of the events, of all or of the last few."""
+    def event_table(self, last: int | None = None, *, digits: int = 9) -> str:
+        """Readable table of the events, of all or of the last few.
+
+        Parameters
+        ----------
+        last : int, optional
+            How many; by default all.
+        digits : int
+            Digits after the point.
+        """
         log = self.events if last is None else self.events[max(len(self.events) - last, 0) :]
         several = self.system.surfaces > 1
         header = ["t", "event", "surface", "mode", *self.system.state, "s"]
@@ -225,12 +233,12 @@ class Trajectory:
             index = event["kind"] == EventKind.section or (several and surface >= 0)
             rows.append(
                 [
-                    f"{event['t']:.9f}",
+                    f"{event['t']:.{digits}f}",
                     str(event["kind"]),
                     str(surface) if index else "",
                     " -> ".join(words) if changed else words[1],
-                    *(f"{v:.9f}" for v in event["x_right"]),
-                    "" if np.isnan(event["s"]) else f"{event['s']:.6f}",
+                    *(f"{v:.{digits}f}" for v in event["x_right"]),
+                    "" if np.isnan(event["s"]) else f"{event['s']:.{min(digits, 6)}f}",
                 ]
             )
         if all(row[2] == "" for row in rows[1:]):

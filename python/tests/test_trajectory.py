@@ -245,6 +245,7 @@ def test_event_table_is_readable(run):
     assert "-1 -> 0" in lines[2]
     assert run.event_table(last=2).splitlines()[-1].split() == lines[-1].split()
     assert len(run.event_table(last=2).splitlines()) == 3
+    assert run.event_table(digits=2).splitlines()[-1].split()[0] == "50.00"
     assert len(run.event_table(last=10**6).splitlines()) == len(lines)
 
 

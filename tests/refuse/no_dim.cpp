@@ -2,8 +2,7 @@
 #include <filippov/system.hpp>
 
 struct NoDim {
-    template <class S>
-    S h(const S&, const filippov::Vec<S, 2>&, const filippov::Vec<S, 0>&) const;
+    template <class S> S h(const S&, const filippov::Vec<S, 2>&, const filippov::Vec<S, 0>&) const;
 };
 
 int main() { filippov::require_system<NoDim>(); }

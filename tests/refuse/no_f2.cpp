@@ -1,18 +1,19 @@
 // expect: filippov: a system needs `f1` and `f2` (or `field` with the blend variable s)
 #include <filippov/flow.hpp>
 
-template <class S, int N>
-using Vec = filippov::Vec<S, N>;
+template <class S, int N> using Vec = filippov::Vec<S, N>;
 
 struct NoF2 {
     static constexpr int dim = 2;
-    template <class S>
-    Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return {x[1], S(1)}; }
-    template <class S>
-    S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <class S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(1)};
+    }
+    template <class S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
 };
 
 int main() {
     filippov::EventLog<double, 2, 1> log;
-    return static_cast<int>(filippov::flow(NoF2{}, Vec<double, 0>(), Vec<double, 2>(0, 0), 0, 1, filippov::Settings<double, 2>{}, log).status);
+    return static_cast<int>(filippov::flow(NoF2{}, Vec<double, 0>(), Vec<double, 2>(0, 0), 0, 1,
+                                           filippov::Settings<double, 2>{}, log)
+                                .status);
 }

@@ -17,23 +17,17 @@ struct Coulomb {
     static constexpr std::array<std::string_view, 3> params{"mu", "a", "omega"};
     static constexpr std::array<double, 3> defaults{0.4, 0.0, 0.5};
 
-    template <Scalar S>
-    static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) {
+    template <Scalar S> static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) {
         using std::sin;
         return p[1] * sin(p[2] * t) - x[0];
     }
-    template <Scalar S>
-    Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
         return {x[1], pull(t, x, p) + p[0]};
     }
-    template <Scalar S>
-    Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
         return {x[1], pull(t, x, p) - p[0]};
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 2>& x, const Vec<S, 3>&) const {
-        return x[1];
-    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 3>&) const { return x[1]; }
     /// At rest.
     template <Scalar S>
     Vec<S, 2> sliding_flow(const S&, const Vec<S, 2>& x, const Vec<S, 3>&, const S&) const {
@@ -42,41 +36,34 @@ struct Coulomb {
 };
 
 /// Coulomb friction with a static coefficient above the kinetic one, law (4.4): not a Filippov
-/// system. This is the named stiction model: the block sticks to the belt while the force it needs is
-/// below m g mu_s, that is while |s| <= s_max = mu_s / mu_0, and slips with m g mu_0.
+/// system. This is the named stiction model: the block sticks to the belt while the force it needs
+/// is below m g mu_s, that is while |s| <= s_max = mu_s / mu_0, and slips with m g mu_0.
 /// @source chapter, (4.2), (4.4)
 struct Stiction {
     static constexpr int dim = 2;
     static constexpr std::array<std::string_view, 2> state{"y", "v"};
-    static constexpr std::array<std::string_view, 6> params{"A", "omega", "V", "weight", "mu_0", "mu_s"};
+    static constexpr std::array<std::string_view, 6> params{"A",      "omega", "V",
+                                                            "weight", "mu_0",  "mu_s"};
     static constexpr std::array<double, 6> defaults{0.5, 2.94, 1, 10, 0.3, 0.4};
 
-    template <Scalar S>
-    static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) {
+    template <Scalar S> static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) {
         return p[0] * cos(p[1] * t) - x[0];
     }
-    template <Scalar S>
-    Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
         return {x[1], pull(t, x, p) + p[3] * p[4]};
     }
-    template <Scalar S>
-    Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
         return {x[1], pull(t, x, p) - p[3] * p[4]};
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 6>& p) const {
         return x[1] - p[2];
     }
     template <Scalar S>
     Vec<S, 2> sliding_flow(const S&, const Vec<S, 2>& x, const Vec<S, 6>& p, const S& dt) const {
         return {x[0] + p[2] * dt, p[2]};
     }
-    template <Scalar S>
-    S s_max(const Vec<S, 6>& p) const {
-        return p[5] / p[4];
-    }
-    template <Scalar S>
-    S period(const Vec<S, 6>& p) const {
+    template <Scalar S> S s_max(const Vec<S, 6>& p) const { return p[5] / p[4]; }
+    template <Scalar S> S period(const Vec<S, 6>& p) const {
         return S(6.283185307179586476925286766559005768L) / p[1];
     }
 };

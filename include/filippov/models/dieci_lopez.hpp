@@ -14,16 +14,13 @@ struct DieciLopez {
     static constexpr std::array<std::string_view, 1> params{"v"};
     static constexpr std::array<double, 1> defaults{0.2};
 
-    template <Scalar S>
-    Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
         return {x[1], -x[0] + S(1) / (S(1) + p[0] - x[1])};
     }
-    template <Scalar S>
-    Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
         return {x[1], -x[0] - S(1) / (S(1) - p[0] + x[1])};
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
         return x[1] - p[0];
     }
 };
@@ -37,7 +34,8 @@ struct DieciLopez2 {
     static constexpr std::array<std::string_view, 3> state{"x1", "x2", "x3"};
     static constexpr std::array<std::string_view, 0> params{};
 
-    /// Bilinear in s: each x_j' is a blend in its own s_j, the extra term (1+s1)/2 (1+s2)/2 of both.
+    /// Bilinear in s: each x_j' is a blend in its own s_j, the extra term (1+s1)/2 (1+s2)/2 of
+    /// both.
     template <Scalar S>
     Vec<S, 3> field(const S&, const Vec<S, 3>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
         const S a = (S(1) + s[0]) / S(2), b = (S(1) + s[1]) / S(2);
@@ -47,8 +45,7 @@ struct DieciLopez2 {
         return {(x[1] + x[2]) / S(2) + extra, -x[0] + (S(1) - a) * f2_below + a * f2_above,
                 -x[0] + (S(1) - b) * f3_below + b * f3_above};
     }
-    template <Scalar S>
-    Vec<S, 2> h(const S&, const Vec<S, 3>& x, const Vec<S, 0>&) const {
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 3>& x, const Vec<S, 0>&) const {
         return {x[1] - S(0.2), x[2] - S(0.4)};
     }
 };

@@ -19,61 +19,48 @@ namespace filippov::models {
 struct Oscillator {
     static constexpr int dim = 2;
     static constexpr std::array<std::string_view, 2> state{"y", "v"};
-    static constexpr std::array<std::string_view, 10> params{"A", "omega", "m", "k", "g", "V", "alpha", "gamma", "beta", "eta"};
+    static constexpr std::array<std::string_view, 10> params{"A", "omega", "m",     "k",    "g",
+                                                             "V", "alpha", "gamma", "beta", "eta"};
     static constexpr std::array<double, 10> defaults{0.5, 2.94, 1, 1, 10, 1, 0.3, 1.42, 0.1, 0.01};
 
     template <class S> using X = Vec<S, 2>;
     template <class S> using P = Vec<S, 10>;
 
     /// A cos(omega t) - k y
-    template <Scalar S>
-    static S pull(const S& t, const X<S>& x, const P<S>& p) {
+    template <Scalar S> static S pull(const S& t, const X<S>& x, const P<S>& p) {
         return p[0] * cos(p[1] * t) - p[3] * x[0];
     }
     /// g mu(r) of (4.5), r >= 0: its two parts, so that the division joins the sum last.
-    template <Scalar S>
-    static S smooth_part(const S& r, const P<S>& p) {
+    template <Scalar S> static S smooth_part(const S& r, const P<S>& p) {
         return p[4] * (p[8] + p[9] * r * r);
     }
-    template <Scalar S>
-    static S falling_part(const S& r, const P<S>& p) {
+    template <Scalar S> static S falling_part(const S& r, const P<S>& p) {
         return p[4] * p[6] / (S(1) + p[7] * r);
     }
 
-    template <Scalar S>
-    X<S> f1(const S& t, const X<S>& x, const P<S>& p) const {
+    template <Scalar S> X<S> f1(const S& t, const X<S>& x, const P<S>& p) const {
         const S r = p[5] - x[1];
         return {x[1], (pull(t, x, p) / p[2] + smooth_part(r, p)) + falling_part(r, p)};
     }
-    template <Scalar S>
-    X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
+    template <Scalar S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
         const S r = x[1] - p[5];
         return {x[1], (pull(t, x, p) / p[2] - smooth_part(r, p)) - falling_part(r, p)};
     }
     /// (4.18)
-    template <Scalar S>
-    S h(const S&, const X<S>& x, const P<S>& p) const {
-        return x[1] - p[5];
-    }
-    template <Scalar S>
-    X<S> grad_h(const S&, const X<S>&, const P<S>&) const {
+    template <Scalar S> S h(const S&, const X<S>& x, const P<S>& p) const { return x[1] - p[5]; }
+    template <Scalar S> X<S> grad_h(const S&, const X<S>&, const P<S>&) const {
         return {S(0), S(1)};
     }
-    template <Scalar S>
-    S h_t(const S&, const X<S>&, const P<S>&) const {
-        return S(0);
-    }
+    template <Scalar S> S h_t(const S&, const X<S>&, const P<S>&) const { return S(0); }
     /// The blend with the true magnitude of the friction, -s mu(|v - V|): what smoothing and time
     /// stepping need, since the sides' extensions have a pole.
-    template <Scalar S>
-    X<S> field(const S& t, const X<S>& x, const S& s, const P<S>& p) const {
+    template <Scalar S> X<S> field(const S& t, const X<S>& x, const S& s, const P<S>& p) const {
         using std::abs;
         const S r = abs(S(x[1] - p[5]));
         return {x[1], pull(t, x, p) / p[2] - s * (smooth_part(r, p) + falling_part(r, p))};
     }
     /// On the belt: s = (A cos(omega t) - k y) / (m g mu(0)), from (4.12) and (4.2).
-    template <Scalar S>
-    S equivalent_control(const S& t, const X<S>& x, const P<S>& p) const {
+    template <Scalar S> S equivalent_control(const S& t, const X<S>& x, const P<S>& p) const {
         return pull(t, x, p) / (p[2] * p[4] * (p[6] + p[8]));
     }
     /// (4.1)
@@ -82,8 +69,7 @@ struct Oscillator {
         return {x[0] + p[5] * dt, p[5]};
     }
     /// Forcing period 2 pi / omega.
-    template <Scalar S>
-    S period(const P<S>& p) const {
+    template <Scalar S> S period(const P<S>& p) const {
         return S(6.283185307179586476925286766559005768L) / p[1];
     }
 };

@@ -18,18 +18,13 @@ struct Quartet {
     static constexpr std::array<std::string_view, 3> params{"b", "c", "d"};
     static constexpr std::array<double, 3> defaults{1, 0, 0};
 
-    template <Scalar S>
-    Vec<S, 1> f1(const S& t, const Vec<S, 1>&, const Vec<S, 3>& p) const {
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>&, const Vec<S, 3>& p) const {
         return Vec<S, 1>(p[1] + p[2] * t + p[0]);
     }
-    template <Scalar S>
-    Vec<S, 1> f2(const S& t, const Vec<S, 1>&, const Vec<S, 3>& p) const {
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>&, const Vec<S, 3>& p) const {
         return Vec<S, 1>(p[1] + p[2] * t - p[0]);
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 1>& x, const Vec<S, 3>&) const {
-        return x[0];
-    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 3>&) const { return x[0]; }
 };
 
 } // namespace filippov::models

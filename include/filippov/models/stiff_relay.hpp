@@ -14,20 +14,15 @@ struct StiffRelay {
     static constexpr std::array<std::string_view, 1> params{"lambda"};
     static constexpr std::array<double, 1> defaults{1000};
 
-    template <Scalar S>
-    Vec<S, 1> f1(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
         using std::cos;
         return Vec<S, 1>(p[0] * (x[0] - cos(t)));
     }
-    template <Scalar S>
-    Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
         using std::cos;
         return Vec<S, 1>(-p[0] * (x[0] - cos(t)));
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const {
-        return x[0];
-    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const { return x[0]; }
 };
 
 } // namespace filippov::models

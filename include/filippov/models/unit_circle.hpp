@@ -14,16 +14,13 @@ struct UnitCircle {
     static constexpr std::array<std::string_view, 1> params{"w"};
     static constexpr std::array<double, 1> defaults{-6.283185307179586476925};
 
-    template <Scalar S>
-    Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
         return {x[0] + p[0] * x[1], x[1] - p[0] * x[0]};
     }
-    template <Scalar S>
-    Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
         return {x[0] - p[0] * x[1], x[1] + p[0] * x[0]};
     }
-    template <Scalar S>
-    S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const {
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const {
         return x[0] * x[0] + x[1] * x[1] - S(1);
     }
 };
