@@ -41,10 +41,10 @@ TEMPLATE_TEST_CASE("scalars: P1 is exact to the floor of each", "[scalars]", flo
         worst_t = std::max(worst_t, roundings(e.t, (k + 1) * std::numbers::pi_v<long double>));
         worst_x = std::max(worst_x, roundings(e.x_right[0], reversal[k]));
     }
-    CAPTURE(worst_t, worst_x);
-    // four swings of a few steps, each off by the tolerance of ten roundings
-    CHECK(worst_t < 100);
-    CHECK(worst_x < 100);
+    CAPTURE(worst_t, worst_x, r.result.counters.steps);
+    // twenty times the tolerance of ten roundings: a free swing forgets no step's error
+    CHECK(worst_t < 200);
+    CHECK(worst_x < 200);
     CHECK(r.result.mode[0] == 0);
     CHECK(r.result.t == S(15));
 }
@@ -74,12 +74,13 @@ TEMPLATE_TEST_CASE("scalars: P4 keeps to its limit cycle to the floor of each", 
     CHECK(slide == 3);
     const double cycle =
         roundings(exits[2] - exits[1], static_cast<long double>(exits[1] - exits[0]));
-    CAPTURE(worst_x, worst_t, cycle);
+    CAPTURE(worst_x, worst_t, cycle, r.result.counters.steps);
     CHECK(worst_x < 4);
     CHECK(worst_t < 50); // times to 30: four bits fewer than those of a length of 1
-    CHECK(cycle < 200);  // a slip of some dozen steps, each off by ten roundings
-    // the printed digits, or as many as the scalar has
-    const double margin = std::max(2e-12, 200 * static_cast<double>(epsilon<S>));
+    // three slips of some twenty steps, in float each off by the tolerance of ten roundings
+    CHECK(cycle < 600);
+    // the printed digits, or as many as the scalar has in such a time
+    const double margin = std::max(2e-12, 600 * static_cast<double>(epsilon<S>));
     CHECK(static_cast<double>(entries[0]) == Approx(0.221654814176).epsilon(0).margin(margin));
     CHECK(static_cast<double>(exits[1] - exits[0]) ==
           Approx(9.230770458083).epsilon(0).margin(margin));

@@ -62,14 +62,16 @@ template <class S> struct Clock {
 
 private:
     void wrap() {
-        while (local >= period) {
-            local -= period;
-            ++index;
-        }
-        while (local < S(0)) {
-            local += period;
-            --index;
-        }
+        while (local >= period) turn(-period, +1);
+        while (local < S(0)) turn(period, -1);
+    }
+    /// Adds a period; what the sum rounds off goes into the carry (Knuth's two-sum).
+    void turn(const S& by, int count) {
+        const S next = local + by;
+        const S back = next - local;
+        carry += (local - (next - back)) + (by - back);
+        local = next;
+        index += count;
     }
 };
 

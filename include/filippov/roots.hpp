@@ -77,10 +77,10 @@ S bracketed_root(Function<std::type_identity_t<S>> g, S positive, S g_positive, 
 /// Where g has its minimum on [a, b], by golden section; precise enough to start a Newton iteration
 /// on the derivative from.
 template <class S> S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
-    const S ratio(0.381966011250105152L);
+    const S ratio = static_cast<S>(0.381966011250105152L);
     S u = a + ratio * (b - a), v = b - ratio * (b - a);
     S gu = g(u), gv = g(v);
-    for (int k = 0; k < 24; ++k) {
+    for (int k = 0; k < 40; ++k) {
         if (gu < gv) {
             b = v;
             v = u;
@@ -172,7 +172,11 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         const detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
         const auto c = piece.bernstein();
         const S floor = std::min({c[0], c[1], c[2], c[3]});
-        if (floor > S(2) * piece.mismatch + band)
+        // A cubic that fits badly may be one of many swings: what it predicts counts only at a
+        // distance.
+        const bool trusted =
+            piece.mismatch <= S(0.1) * (piece.highest - piece.lowest) || span.depth >= max_depth;
+        if (floor > S(trusted ? 2 : 8) * piece.mismatch + band)
             continue;
         const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
         if (!resolved && span.depth < max_depth) {
@@ -194,6 +198,12 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         }
         if (low >= S(0)) {
             const S g_low = g(low);
+            // The first of several roots: between the piece's start and the cubic's minimum there
+            // is one.
+            if (low > span.a && g_low < -band) {
+                theta = bracketed_root(g, span.a, span.ga, low, g_low);
+                return Contact::root;
+            }
             // worth refining only if the true minimum could reach the band or zero
             if (g_low <= S(4) * piece.mismatch + S(2) * band || g_low <= S(0)) {
                 const S left = std::max(S(0), low - third), right = std::min(S(1), low + third);

@@ -42,6 +42,7 @@ struct Stop {
     Status status = Status::ok; ///< not ok: the run is over
     int guard = -1;             ///< >= 0: the guard met; -1: the end of the time span
     bool touch = false;         ///< an extremum that touches zero, not a root
+    bool missed = false;        ///< no event after all: the whole step is free
     bool jumped = false;        ///< h changed sign without being zero (a jump of h)
 };
 
@@ -197,7 +198,7 @@ public:
         const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
                                          : pow(S(0.01) / largest, S(1) / S(Tableau::order));
         const S h = std::min({S(100) * h0, h1, span, settings_.max_step});
-        dt_ = S(direction_) * (h > S(0) ? h : S(1e-6) * span);
+        dt_ = S(direction_) * std::max(h, resolution()); // also where the span is shorter, or zero
     }
 
     /// Follows the mode to the next stop.
@@ -375,7 +376,10 @@ private:
     /// than a quarter of their range above it (below it too, for a section of unknown side).
     FILIPPOV_INLINE bool doubtful(int g) const {
         const std::size_t i = idx(g);
-        const S range = S(0.25) * (high_[i] - low_[i]);
+        // A slide's field can be constant, and the error estimate then lets a step span many swings
+        // of s.
+        const bool slide = g < Guard<M>::first_section && mode_[g / 3] == 0;
+        const S range = S(slide ? 2 : 0.3) * (high_[i] - low_[i]);
         return sense_[i] == S(0) || !(low_[i] > range);
     }
 
@@ -413,6 +417,21 @@ private:
         bool touch = false;
     };
 
+    /// True if h was finite at every stage.
+    FILIPPOV_INLINE bool finite_switches() const {
+        constexpr S inf = std::numeric_limits<S>::infinity();
+        bool finite = true;
+        for (int j = 0; j < M; ++j)
+            if (mode_[j] != 0)
+                finite = finite && low_[idx(3 * j)] > -inf && high_[idx(3 * j)] < inf;
+        return finite;
+    }
+    bool starts_on_root() const {
+        for (int g = 0; g < n_guards; ++g)
+            if (active(g) && order_[idx(g)] > 0)
+                return true;
+        return false;
+    }
     FILIPPOV_INLINE bool any_doubt() const {
         for (int g = 0; g < n_guards; ++g) {
             if constexpr (n_guards > 1) {
@@ -548,7 +567,7 @@ private:
             previous_d = d;
             previous_r = r;
             const S delta = -r / slope;
-            if (abs_(delta) <= ulp(clock_.local + d))
+            if (abs_(delta) <= ulp(clock_.local + d) && landed(path, g, found.touch))
                 break;
             const S next = d + delta;
             const bool inside = forward * next >= S(0) &&
@@ -556,14 +575,14 @@ private:
                                 !(seen_near && !(forward * (next - near) > S(0))) &&
                                 !(seen_far && !(forward * (far - next) > S(0)));
             if (inside && path.nudge_error(delta) <= nudge_tolerance()) {
-                if (polish(path, residual, slope, delta))
+                if (polish(path, residual, slope, delta) && landed(path, g, found.touch))
                     break;
                 path.shorten(d);
             }
             if (seen_near && seen_far && abs_(far - near) <= S(2) * ulp(clock_.local + d)) {
                 // h jumps here, or is too flat to tell: stop just beyond
                 path.shorten(far);
-                jumped = !found.touch && abs_(residual()) > touch_band_at(g, path.x1);
+                jumped = !found.touch && !landed(path, g, false);
                 break;
             }
             if (inside && !(k > 6 && k % 2 == 1))
@@ -576,6 +595,12 @@ private:
                 d = d / S(2);
         }
         Stop stop;
+        if (!seen_far &&
+            !landed(path, g, found.touch)) { // the interpolant saw a root that no step has
+            path.shorten(full);
+            stop.missed = true;
+            return stop;
+        }
         stop.guard = g;
         stop.touch = found.touch;
         stop.jumped = jumped;
@@ -636,6 +661,21 @@ private:
         if (mode_[g / 3] == 0)
             return S(1e-6);
         return S(1e3) * rounding_band(sys_, g / 3, clock_.local, x, p_);
+    }
+
+    /// True if the end of the path is on the surface of guard g but for the tolerance and the
+    /// resolution of time: what lies farther off is not to be moved there.
+    template <class Path> bool landed(const Path& path, int g, bool touch) const {
+        if (touch || g >= Guard<M>::first_section || mode_[g / 3] == 0)
+            return true;
+        const int j = g / 3;
+        const S t = clock_.local + path.dt;
+        const X gradient = grad_h(sys_, j, t, path.x1, p_);
+        S band = S(1e3) * rounding_band(sys_, j, t, path.x1, p_) +
+                 S(8) * ulp(t) * abs_(normal_component(sys_, j, t, path.x1, p_, path.end_field()));
+        for (int i = 0; i < N; ++i)
+            band += abs_(gradient[i]) * scale_[i];
+        return abs_(switching(sys_, t, path.x1, p_)[j]) <= band;
     }
 
     /// Puts the landed state on the surface that was met (not after a touch) and on the one slid
@@ -817,8 +857,11 @@ private:
     FILIPPOV_COLD Status fail_small(bool bad_stage) {
         if (!bad_stage)
             return fail(Status::step_too_small, "");
-        const S dt = S(direction_) * S(2) * resolution();
-        std::string_view what = what_is_not_finite(S(clock_.local + dt), X(x_ + dt * rk_.k[0]));
+        std::string_view what;
+        for (int k = 1; k <= 64 && what.empty(); k *= 2) {
+            const S dt = S(direction_) * S(k) * resolution();
+            what = what_is_not_finite(S(clock_.local + dt), X(x_ + dt * rk_.k[0]));
+        }
         if (what.empty())
             what = what_is_not_finite(clock_.local, x_);
         return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
@@ -859,7 +902,7 @@ private:
             RungeKuttaPath<Rhs> path{*this, rhs, dt, X(x_), false, {}};
             rk_.step(rhs, clock_.local, x_, dt, path.x1);
             counters_.field += Tableau::stages - 1;
-            const bool finite = rk_.finite() && all_finite<S, N>(path.x1);
+            const bool finite = rk_.finite() && all_finite<S, N>(path.x1) && finite_switches();
             const S error = finite && !fixed ? step_error(path.x1, dt) : S(0);
             if (!finite || !(error <= S(1))) {
                 ++counters_.rejected;
@@ -873,7 +916,10 @@ private:
 
             Found found;
             if (!settings_.skip_root_search || any_doubt()) {
-                found = first_event(path);
+                // a step of a few ulp from a root has no inside: the root divided out leaves
+                // rounding
+                if (abs_(dt) > S(8) * resolution() || !starts_on_root())
+                    found = first_event(path);
                 if (found.guard < 0)
                     found = contact_at_end(path, last);
             }
@@ -887,6 +933,14 @@ private:
             bad_stage = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
+                if (stop.missed) {
+                    accept(path.x1, path.dt, path);
+                    rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
+                    keep_guard_values();
+                    if (last)
+                        clock_ = end_;
+                    continue;
+                }
                 rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
                 return stop;
             }

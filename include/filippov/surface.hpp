@@ -56,8 +56,12 @@ FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
     if (!(norm > S(0)))
         return x;
     State<Sys, S> y;
-    for (int i = 0; i < dim_v<Sys>; ++i)
-        y[i] = x[i] - h / norm * scale[i] * scale[i] * g[i];
+    // g_i^2 scale_i^2 / norm is exactly 1 where one component is all of the gradient: x_i - h/g_i,
+    // to the last bit
+    for (int i = 0; i < dim_v<Sys>; ++i) {
+        const S share = g[i] * g[i] * scale[i] * scale[i] / norm;
+        y[i] = share > S(0) ? x[i] - h / g[i] * share : x[i];
+    }
     return y;
 }
 
