@@ -287,7 +287,7 @@ TEMPLATE_TEST_CASE("H22: an h of infinite slope ends in an event or a status", "
     const auto r = go<TestType>(sys, V1(0), 0, 1, bounded<1>(1e-9));
     if (r.result.status == Status::ok) {
         check_events(r.events, {{cross, 0.5}}, 1e-9);
-        CHECK(r.result.x[0] == Approx(1).epsilon(1e-14));
+        CHECK(r.result.x[0] == Approx(1).epsilon(1e-9)); // the landing is as good as the tolerance
     } else {
         CHECK((r.result.status == Status::not_finite ||
                r.result.status == Status::degenerate_surface));

@@ -35,9 +35,9 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 // `bracketed_root` promises six digits.
 constexpr double six_digits = 1e-6;
 
-// Worst case: 2047 pieces of five evaluations, and in each of the 1024 smallest a minimum of 27;
+// Worst case: 2047 pieces of five evaluations, and in each of the 1024 smallest a minimum of 43;
 // then one bracket of 100.
-constexpr int bound = 2047 * 5 + 1024 * 27 + 100;
+constexpr int bound = 2047 * 5 + 1024 * 43 + 100;
 
 template <class G> void check_root(G g, double expected, double margin = six_digits) {
     const Result r = contact(g);

@@ -179,7 +179,10 @@ private:
         if (const Status status = no_progress(); status != Status::ok)
             return status;
         if (stop.guard >= Guard<M>::first_section)
+            {
+            segment_.enter(segment_.mode());
             return handle_section(stop.guard - Guard<M>::first_section);
+        }
 
         const int j = stop.guard / 3;
         const Mode<M> before = segment_.mode();
@@ -208,9 +211,15 @@ private:
         const Mode<M> mode = segment_.mode();
         const int side = segment_.section_side(q);
         const bool wanted = sections_.direction(q) == 0 || sections_.direction(q) * side < 0;
-        segment_.enter(mode);
         segment_.passed_section(q);
-        if (!wanted)
+        // Met twice within the resolution of time (with a surface at the same time) is met once.
+        const Clock<S>& now = segment_.clock();
+        using std::abs;
+        const bool again = met_[std::size_t(q)] &&
+                           abs(met_at_[std::size_t(q)].until(now)) <= S(8) * ulp(now.local);
+        met_[std::size_t(q)] = true;
+        met_at_[std::size_t(q)] = now;
+        if (!wanted || again)
             return Status::ok;
         log(EventKind::section, q, mode, X(segment_.x()));
         return sections_.terminal(q) ? Status::event : Status::ok;
@@ -320,6 +329,8 @@ private:
     Segment<Sys, S, Tableau, Obs, Sec> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
+    std::array<bool, Sec::capacity + 1> met_{};  ///< sections that were met, and when last
+    std::array<Clock<S>, Sec::capacity + 1> met_at_{};
     int start_surface_ = -1; ///< the surface on which the run starts, -1 if none
     Clock<S> last_clock_{};
     int n_same_ = 0;

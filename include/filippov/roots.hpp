@@ -179,22 +179,30 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         if (floor > S(trusted ? 2 : 8) * piece.mismatch + band)
             continue;
         const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
-        if (!resolved && span.depth < max_depth) {
+        const S slack = S(2) * piece.mismatch, range = piece.highest - piece.lowest;
+        const auto changes = [&](const S& shift) {  // of sign, in the Bernstein coefficients
+            const bool p1 = c[1] + shift > S(0), p2 = c[2] + shift > S(0), p3 = span.gb > S(0);
+            return int(!p1) + int(p1 != p2) + int(p2 != p3);
+        };
+        const bool down = !(span.gb > S(0));
+        if (down && piece.mismatch <= S(0.01) * range && changes(slack) == 1 && changes(-slack) == 1) {
+            theta = bracketed_root<S>(g, span.a, span.ga, span.b, span.gb);
+            return Contact::root;
+        }
+        if ((!resolved || down || piece.mismatch > S(1e-3) * range) && span.depth < max_depth) {
             const S m = (span.a + span.b) / S(2);
             const S gm = g(m);
             stack[std::size_t(++top)] = {m, span.b, gm, span.gb, span.depth + 1};
             stack[std::size_t(++top)] = {span.a, m, span.ga, gm, span.depth + 1};
             continue;
         }
-        // Candidates for a minimum: inside, or at an end that is itself within the band.
+        // Candidates for a minimum: inside, or at the end towards the next piece.
         S from = span.a, g_from = span.ga;
         S low = piece.cubic_minimum();
         const S third = (span.b - span.a) / S(3);
         if (low < S(0) && band > S(0)) {
             if (abs(span.gb) <= band && span.b < S(1))
                 low = span.b;
-            else if (abs(span.ga) <= band)
-                low = span.a;
         }
         if (low >= S(0)) {
             const S g_low = g(low);

@@ -97,12 +97,21 @@ public:
     /// Forces a mode. Guards start from their values here; `start_root(guard, order)` afterwards
     /// tells which of them start on a root.
     void enter(const Mode<M>& mode) {
-        const bool changed = !(mode == mode_);
+        const bool changed = !(mode == mode_), slid = mode_.sliding() > 0 && dt_ != S(0);
         if (changed)
             have_k0_ = false;
         mode_ = mode;
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution())
             choose_first_step();
+        // A slide may take far longer steps than the slip after it: that one goes on as before it.
+        if (!slid && mode.sliding() > 0)
+            dt_before_slide_ = dt_;
+        if (slid && mode.sliding() == 0 && !(settings_.fixed_step > S(0))) {
+            if (dt_before_slide_ == S(0))
+                choose_first_step();
+            else if (abs_(dt_before_slide_) < abs_(dt_))
+                dt_ = dt_before_slide_;
+        }
         for (int g = 0; g < Guard<M>::first_section; ++g) {
             if (!active(g))
                 continue;
@@ -473,7 +482,8 @@ private:
             // a double root, error of the interpolant): its value there is the one at the sliver's
             // end.
             const int order = order_[i];
-            const S sliver = order == 0 ? S(0) : order == 1 ? S(1e-9) : S(1e-3);
+            using std::sqrt;
+            const S sliver = order == 0 ? S(0) : order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
             const auto value = [&](const S& theta) {
                 if (order == 0)
                     return raw(theta);
@@ -594,6 +604,9 @@ private:
             else
                 d = d / S(2);
         }
+        // An event at the end of the run is not after it.
+        if (const S remaining = clock_.until(end_); forward * (path.dt - remaining) > S(0))
+            path.shorten(remaining);
         Stop stop;
         if (!seen_far &&
             !landed(path, g, found.touch)) { // the interpolant saw a root that no step has
@@ -1037,6 +1050,7 @@ private:
     Mode<M> mode_{};
     int direction_ = 1;
     S dt_ = S(0);
+    S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
     RungeKutta<Tableau, S, N> rk_;
     StepControl<Tableau> control_;
