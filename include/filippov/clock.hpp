@@ -62,8 +62,10 @@ template <class S> struct Clock {
 
 private:
     void wrap() {
-        while (local >= period) turn(-period, +1);
-        while (local < S(0)) turn(period, -1);
+        while (local >= period)
+            turn(-period, +1);
+        while (local < S(0))
+            turn(period, -1);
     }
     /// Adds a period; what the sum rounds off goes into the carry (Knuth's two-sum).
     void turn(const S& by, int count) {

@@ -178,8 +178,7 @@ private:
             return segment_.fail(Status::max_events, "");
         if (const Status status = no_progress(); status != Status::ok)
             return status;
-        if (stop.guard >= Guard<M>::first_section)
-            {
+        if (stop.guard >= Guard<M>::first_section) {
             segment_.enter(segment_.mode());
             return handle_section(stop.guard - Guard<M>::first_section);
         }
@@ -329,7 +328,7 @@ private:
     Segment<Sys, S, Tableau, Obs, Sec> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
-    std::array<bool, Sec::capacity + 1> met_{};  ///< sections that were met, and when last
+    std::array<bool, Sec::capacity + 1> met_{}; ///< sections that were met, and when last
     std::array<Clock<S>, Sec::capacity + 1> met_at_{};
     int start_surface_ = -1; ///< the surface on which the run starts, -1 if none
     Clock<S> last_clock_{};

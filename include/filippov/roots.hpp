@@ -180,12 +180,13 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
             continue;
         const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
         const S slack = S(2) * piece.mismatch, range = piece.highest - piece.lowest;
-        const auto changes = [&](const S& shift) {  // of sign, in the Bernstein coefficients
+        const auto changes = [&](const S& shift) { // of sign, in the Bernstein coefficients
             const bool p1 = c[1] + shift > S(0), p2 = c[2] + shift > S(0), p3 = span.gb > S(0);
             return int(!p1) + int(p1 != p2) + int(p2 != p3);
         };
         const bool down = !(span.gb > S(0));
-        if (down && piece.mismatch <= S(0.01) * range && changes(slack) == 1 && changes(-slack) == 1) {
+        if (down && piece.mismatch <= S(0.01) * range && changes(slack) == 1 &&
+            changes(-slack) == 1) {
             theta = bracketed_root<S>(g, span.a, span.ga, span.b, span.gb);
             return Contact::root;
         }

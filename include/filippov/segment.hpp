@@ -105,13 +105,10 @@ public:
             choose_first_step();
         // A slide may take far longer steps than the slip after it: that one goes on as before it.
         if (!slid && mode.sliding() > 0)
-            dt_before_slide_ = dt_;
-        if (slid && mode.sliding() == 0 && !(settings_.fixed_step > S(0))) {
-            if (dt_before_slide_ == S(0))
-                choose_first_step();
-            else if (abs_(dt_before_slide_) < abs_(dt_))
-                dt_ = dt_before_slide_;
-        }
+            dt_before_slide_ = counters_.steps > 0 ? dt_ : S(0);
+        if (slid && mode.sliding() == 0 && dt_before_slide_ != S(0) &&
+            abs_(dt_before_slide_) < abs_(dt_))
+            dt_ = dt_before_slide_;
         for (int g = 0; g < Guard<M>::first_section; ++g) {
             if (!active(g))
                 continue;
@@ -483,7 +480,9 @@ private:
             // end.
             const int order = order_[i];
             using std::sqrt;
-            const S sliver = order == 0 ? S(0) : order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+            const S sliver = order == 0   ? S(0)
+                             : order == 1 ? S(1e-9)
+                                          : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
             const auto value = [&](const S& theta) {
                 if (order == 0)
                     return raw(theta);
@@ -495,11 +494,15 @@ private:
             if (!(g0 > S(0)))
                 g0 = std::numeric_limits<S>::min();
             S theta(2);
-            Contact contact =
-                first_contact(value, g0, order == 0 ? touch_band(g, false) : S(0), theta);
+            // A touch comes down to zero from outside its band: what still leaves it does not
+            // touch.
+            S band = order == 0 ? touch_band(g, false) : S(0);
+            if (!(start_[i] > band))
+                band = S(0);
+            Contact contact = first_contact(value, g0, band, theta);
             if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
                 !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
-                contact = first_contact(value, g0, touch_band(g, true), theta);
+                contact = first_contact(value, g0, std::min(band, touch_band(g, true)), theta);
             if (contact != Contact::none && theta < found.theta)
                 found = {g, theta, contact == Contact::touch};
         }
@@ -518,7 +521,7 @@ private:
                     ? touch_band(g, true)
                     : (last ? S(64) * epsilon<S> * std::max(abs_(low_[idx(g)]), abs_(high_[idx(g)]))
                             : S(-1));
-            if (abs_(value) <= band)
+            if (abs_(value) <= band && start_[idx(g)] > band)
                 return {g, S(1), false};
         }
         return {};
