@@ -204,7 +204,10 @@ public:
         const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
                                          : pow(S(0.01) / largest, S(1) / S(Tableau::order));
         const S h = std::min({S(100) * h0, h1, span, settings_.max_step});
-        dt_ = S(direction_) * std::max(h, resolution()); // also where the span is shorter, or zero
+        // With no absolute tolerance at x = 0 nothing is small: the error test will find the size.
+        const S first = h > S(0) ? h : S(1e-6) * span;
+        dt_ = S(direction_) *
+              std::max(first, resolution()); // also where the span is shorter, or zero
     }
 
     /// Follows the mode to the next stop.
