@@ -368,10 +368,8 @@ private:
     FILIPPOV_INLINE void reset_probes() {
         for (int g = 0; g < n_guards; ++g) {
             const std::size_t i = idx(g);
-            if constexpr (n_guards > 1) {
-                if (!active(g))
-                    continue;
-            }
+            if (!active(g))
+                continue;
             if (order_[i] > 0) {
                 low_[i] = std::numeric_limits<S>::infinity();
                 high_[i] = -low_[i];
@@ -381,8 +379,8 @@ private:
         }
     }
 
-    /// True unless the probes show that guard g stays clear of zero: the smallest of them is more
-    /// than a quarter of their range above it (below it too, for a section of unknown side).
+    /// True unless the probes show that guard g stays clear of zero: the smallest of them is above
+    /// it by more than 0.3 of their range (an exact quadratic needs 0.27).
     FILIPPOV_INLINE bool doubtful(int g) const {
         const std::size_t i = idx(g);
         // A slide's field can be constant, and the error estimate then lets a step span many swings
@@ -443,10 +441,8 @@ private:
     }
     FILIPPOV_INLINE bool any_doubt() const {
         for (int g = 0; g < n_guards; ++g) {
-            if constexpr (n_guards > 1) {
-                if (!active(g))
-                    continue;
-            }
+            if (!active(g))
+                continue;
             if (doubtful(g))
                 return true;
         }
@@ -624,8 +620,7 @@ private:
         stop.touch = found.touch;
         stop.jumped = jumped;
         settle_on_surface(path, g, found.touch || jumped);
-        if (degenerate(g, path, x_before))
-            stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
+        const bool flat = degenerate(g, path, x_before);
         accept(path.x1, path.dt, path);
         for (int q = Guard<M>::first_section; q < n_guards; ++q) {
             if (!active(q))
@@ -633,8 +628,8 @@ private:
             start_[idx(q)] = guard_value(q, clock_.local, x_);
             order_[idx(q)] = 0;
         }
-        if (stop.status != Status::ok)
-            diagnosis_ = {"grad h", clock_.absolute(), x_, mode_, g / 3};
+        if (flat)
+            stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         return stop;
     }
 
@@ -672,14 +667,6 @@ private:
     /// there is none.
     S nudge_tolerance() const {
         return settings_.fixed_step > S(0) ? S(0.01) * epsilon<S> / settings_.rtol : S(0.01);
-    }
-
-    S touch_band_at(int g, const X& x) const {
-        if (g >= Guard<M>::first_section)
-            return std::numeric_limits<S>::infinity();
-        if (mode_[g / 3] == 0)
-            return S(1e-6);
-        return S(1e3) * rounding_band(sys_, g / 3, clock_.local, x, p_);
     }
 
     /// True if the end of the path is on the surface of guard g but for the tolerance and the
@@ -760,10 +747,8 @@ private:
     }
     FILIPPOV_INLINE void keep_guard_values() {
         for (int g = 0; g < n_guards; ++g) {
-            if constexpr (n_guards > 1) {
-                if (!active(g))
-                    continue;
-            }
+            if (!active(g))
+                continue;
             start_[idx(g)] = end_value_[idx(g)];
             order_[idx(g)] = 0;
         }
@@ -837,11 +822,20 @@ private:
     /// The smallest step that still moves the clock.
     S resolution() const { return S(4) * ulp(clock_.local); }
 
-    bool interrupted() {
+    /// Not ok if the steps are used up or the observer asks to stop.
+    Status may_go_on() {
+        if (counters_.steps + counters_.rejected >= settings_.max_steps)
+            return fail(Status::max_steps, "");
         if constexpr (requires { observer_.interrupted(); })
-            return ((counters_.steps + counters_.rejected) & 255) == 0 && observer_.interrupted();
-        else
-            return false;
+            if (((counters_.steps + counters_.rejected) & 255) == 0 && observer_.interrupted())
+                return fail(Status::interrupted, "");
+        return Status::ok;
+    }
+
+    /// When surface j would be met at the present rate.
+    S time_to_surface(int j) const {
+        return -switching(sys_, clock_.local, x_, p_)[j] /
+               normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
     }
 
     /// The next trial after a stage that was not finite: nearly to the surface if the step led
@@ -850,8 +844,7 @@ private:
         for (int j = 0; j < M; ++j) {
             if (mode_[j] == 0)
                 continue;
-            const S height = switching(sys_, clock_.local, x_, p_)[j];
-            const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+            const S eta = time_to_surface(j);
             if (eta / dt > S(0) && eta / dt < S(1))
                 return S(0.9) * eta;
         }
@@ -864,8 +857,7 @@ private:
         for (int j = 0; j < M; ++j) {
             if (mode_[j] == 0)
                 continue;
-            const S height = switching(sys_, clock_.local, x_, p_)[j];
-            const S eta = -height / normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+            const S eta = time_to_surface(j);
             if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution()))
                 continue;
             x_ = project(sys_, j, clock_.local, x_, p_, scale_);
@@ -900,10 +892,8 @@ private:
             const S remaining = clock_.until(end_);
             if (!(S(direction_) * remaining > S(0)))
                 return {};
-            if (counters_.steps + counters_.rejected >= settings_.max_steps)
-                return {fail(Status::max_steps, "")};
-            if (interrupted())
-                return {fail(Status::interrupted, "")};
+            if (const Status status = may_go_on(); status != Status::ok)
+                return {status};
             S dt = dt_;
             if (abs_(dt) > settings_.max_step)
                 dt = S(direction_) * settings_.max_step;
@@ -952,16 +942,10 @@ private:
             bad_stage = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
-                if (stop.missed) {
-                    accept(path.x1, path.dt, path);
+                if (!stop.missed) {
                     rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
-                    keep_guard_values();
-                    if (last)
-                        clock_ = end_;
-                    continue;
+                    return stop;
                 }
-                rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
-                return stop;
             }
             accept(path.x1, dt, path);
             rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
@@ -1001,10 +985,8 @@ private:
             const S remaining = clock_.until(end_);
             if (!(S(direction_) * remaining > S(0)))
                 return {};
-            if (counters_.steps + counters_.rejected >= settings_.max_steps)
-                return {fail(Status::max_steps, "")};
-            if (interrupted())
-                return {fail(Status::interrupted, "")};
+            if (const Status status = may_go_on(); status != Status::ok)
+                return {status};
             window = std::max(std::min({window, longest, settings_.max_step}), resolution());
             const bool last = window >= abs_(remaining);
             ClosedFormPath path{*this, last ? remaining : S(direction_) * window, X(x_)};
