@@ -109,8 +109,11 @@ template <class R> std::string faults(const R& r, int direction = 1) {
 /// The kinds of the events between `start` and `end`, as a word.
 template <class R> std::string word(const R& r) {
     std::string text;
-    for (std::size_t k = 1; k + 1 < r.events.size(); ++k)
-        text += (k > 1 ? " " : "") + std::string(name(r.events[k].kind));
+    for (std::size_t k = 1; k + 1 < r.events.size(); ++k) {
+        if (k > 1)
+            text += ' ';
+        text += name(r.events[k].kind);
+    }
     return text;
 }
 

@@ -242,7 +242,7 @@ TEST_CASE("order: P4, events cost DormandPrince8 no order", "[order]") {
         const R hit = precise(sys, x0, R(16)).t_event.front();
         const auto slip = [&](const R& step) {
             RungeKutta<DormandPrince8, R, 2> rk;
-            const auto rhs = [&](const R&, const R& t, const Vec<R, 2>& y) {
+            const auto rhs = [&](std::size_t, const R& t, const Vec<R, 2>& y) {
                 return sys.f1(t, y, v);
             };
             Vec<R, 2> x = x0, next;

@@ -317,7 +317,7 @@ TEMPLATE_TEST_CASE(
         const auto r =
             run<TestType>(sys, Vec<double, 3>(1, 0, 0), Vec<double, 1>(start), 0, 2, settings);
         CHECK(r.result.status == Status::ok);
-        check_events(r.events, {{enter_sliding, 0.7}}, 2e-16);
+        check_events(r.events, {{enter_sliding, 0.7}}, 1e-15); // rounding of the steps' sum
         CHECK(r.result.x[0] == 0);
     }
     SECTION("leaves at t = 1") {

@@ -41,12 +41,9 @@ struct DormandPrince5 {
          -10690763975 / 1880347072.0L, 701980252875 / 199316789632.0L, -1453857185 / 822651844.0L,
          69997945 / 29380423.0L}};
 
-    /// Weighted root-mean-square error of a step.
-    template <class K, class W>
-    static auto error(const K& k, const W& weight, typename K::Scalar dt) {
-        using std::abs;
-        using std::sqrt;
-        return abs(dt) * sqrt(k.mean_square([](std::size_t j) { return e[j]; }, weight));
+    /// Square of the root-mean-square error of a step; the weights have the step in them.
+    template <class K, class W> static auto squared_error(const K& k, const W& weight) {
+        return k.mean_square([](std::size_t j) { return e[j]; }, weight);
     }
 };
 

@@ -141,16 +141,14 @@ struct DormandPrince8 {
          -0.43533456590011143754432175058e+2L, 0.96324553959188282948394950600e+2L,
          -0.39177261675615439165231486172e+2L, -0.14972683625798562581422125276e+3L}};
 
-    /// Weighted root-mean-square error of a step: err5^2 / sqrt(err5^2 + 0.01 err3^2).
-    template <class K, class W>
-    static auto error(const K& k, const W& weight, typename K::Scalar dt) {
+    /// Square of the weighted error of a step, err5^2 / sqrt(err5^2 + 0.01 err3^2) by
+    /// root-mean-squares; the weights have the step in them.
+    template <class K, class W> static auto squared_error(const K& k, const W& weight) {
         using R = typename K::Scalar;
         const R fifth = k.mean_square([](std::size_t j) { return e5[j]; }, weight);
         const R third = k.mean_square([](std::size_t j) { return e3[j]; }, weight);
         const R both = fifth + R(0.01) * third;
-        using std::abs;
-        using std::sqrt;
-        return both > R(0) ? abs(dt) * fifth / sqrt(both) : both;
+        return both > R(0) ? fifth * (fifth / both) : both;
     }
 };
 

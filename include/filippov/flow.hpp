@@ -116,7 +116,7 @@ private:
             segment_.set_state(project(sys_, contact, t, segment_.x(), p_, segment_.scale()));
             segment_.enter(mode);
             segment_.choose_first_step();
-            if (const Status status = judge(mode, contact); status != Status::ok)
+            if (const Status status = judge(mode, contact, -1); status != Status::ok)
                 return status;
         }
         return Status::ok;
@@ -137,13 +137,23 @@ private:
     }
 
     /// Judges the point on surface j and enters the mode that goes on from there.
-    Status judge(const Mode<M>& before, int j) {
+    /// @param guard  the one that was met there, -1 at the start
+    Status judge(const Mode<M>& before, int j, int guard) {
         const S t = segment_.clock().local;
         for (int k = 0; k < M; ++k)
             if (k != j && before[k] == 0)
                 return segment_.fail(Status::ambiguous, "an intersection of surfaces", j);
-        const Verdict<M> v = admissible(sys_, before, j, t, segment_.x(), p_, segment_.direction(),
-                                        segment_.time_scale(), settings_.on_nonunique);
+        Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
+        if (guard >= 0)
+            arrival.from = before[j];
+        // A slide ends where L1 or L2 vanishes, or both: the landing says so better than rounding.
+        // (With static friction it ends elsewhere.)
+        if (guard >= 0 && before[j] == 0 && !(s_max(sys_, p_) > S(1))) {
+            arrival.below_tangent = guard != Guard<M>::above(j);
+            arrival.above_tangent = guard != Guard<M>::below(j);
+        }
+        const Verdict<M> v =
+            admissible(sys_, before, j, t, segment_.x(), p_, arrival, settings_.on_nonunique);
         if (!v.finite)
             return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
                                  j);
@@ -196,7 +206,7 @@ private:
             Mode<M> after = before;
             after.set(j, -before[j]);
             segment_.enter(after);
-        } else if (const Status status = judge(before, j); status != Status::ok) {
+        } else if (const Status status = judge(before, j, stop.guard); status != Status::ok) {
             return status;
         }
         const Mode<M>& after = segment_.mode();

@@ -17,6 +17,15 @@ enum class NonUnique : std::uint8_t {
     stay,  ///< slide
 };
 
+/// How a solution came to a point of a surface.
+template <class S> struct Arrival {
+    int direction = 1;          ///< of time
+    S tau = S(0);               ///< a time over which it changes: the step size
+    int from = 0;               ///< the side that it came from; 0 if it starts or slid here
+    bool below_tangent = false; ///< L1 = 0, because the end of a slide was located by it
+    bool above_tangent = false; ///< the same of L2
+};
+
 /// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
 struct Departure {
     int sign = 0;  ///< -1 into h < 0, +1 into h > 0, 0 if three derivatives vanish
@@ -28,9 +37,16 @@ namespace detail {
 
 template <class S> int sign(const S& v) { return v > S(0) ? 1 : v < S(0) ? -1 : 0; }
 
-/// True if h' (and h'') at a point are no more than rounding: the excursion that they start, before
-/// the derivative `next` of order `n` turns it back, stays below `band`.
-template <class S> bool negligible(const S& slope, const S& next, int n, const S& band) {
+/// How small a visit must be to count as none.
+template <class S> struct Smallness {
+    S height; ///< of |h|: its rounding
+    S time;   ///< 0: the height decides
+};
+
+/// True if h' (and h'') at a point are no more than rounding: what they start, before the
+/// derivative `next` of order `n` turns it back, is too low or too brief to be told from nothing.
+template <class S>
+bool negligible(const S& slope, const S& next, int n, const Smallness<S>& small) {
     using std::abs;
     using std::pow;
     if (slope == S(0))
@@ -40,27 +56,29 @@ template <class S> bool negligible(const S& slope, const S& next, int n, const S
     // slope tau balances next tau^n / n!; the height between is about slope tau / 2
     const S factorial = n == 2 ? S(2) : S(6);
     const S tau = pow(abs(slope) * factorial / abs(next), S(1) / S(n - 1));
-    return abs(slope) * tau / S(2) <= band;
+    return small.time > S(0) ? tau <= small.time : abs(slope) * tau / S(2) <= small.height;
 }
 
 } // namespace detail
 
 /// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
 ///
-/// Lie derivatives of h_j up to order three, time included; `direction` is -1 for backward time.
-/// h' counts as zero where the visit it starts stays below the rounding of h: a test without units.
+/// Lie derivatives of h_j up to order three, time included. h' counts as zero where what it starts
+/// is too small, a test without units. A visit to this side is too small if it stays below the
+/// rounding of h. Flow towards the surface, the part of this side in a slide, is too small if the
+/// slide would end within some units of the last place of t; but where the solution came from this
+/// side, h' at contact is no better than h, and the height decides.
 /// @param slope  h_j' along the field, in the direction of time
-/// @param tau    a time over which the solution changes (the step size), to skip the higher
-///               derivatives wherever h' is plainly not zero
 /// @param band   rounding of h_j here
 /// @cost nothing, nearly always; else three fields in Taylor arithmetic
 template <class Sys, class S>
 Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
-                    const State<Sys, S>& x, const Params<Sys, S>& p, int direction, const S& slope,
-                    const S& tau, const S& band) {
+                    const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
+                    const S& slope, const S& band) {
     using std::abs;
     using std::cbrt;
     using std::sqrt;
+    const S tau = arrival.tau;
     if (!(abs(slope) <= std::numeric_limits<S>::max()))
         return {0, 0, false};
     if (abs(slope * tau) > S(100) / sqrt(epsilon<S>) * band && slope != S(0))
@@ -72,21 +90,25 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     const auto h = [&](const auto& time, const auto& y, const auto& q) {
         return switching(sys, time, y, q)[j];
     };
+    const bool slide = detail::sign(slope) == -mode[j] && arrival.from != mode[j];
+    const detail::Smallness<S> first{band, slide ? S(16) * ulp(t) : S(0)};
+    const detail::Smallness<S> higher{band, S(0)};
     // Below this a derivative is rounding of something that is zero for all time.
     const S noise = S(1e-3) * band;
     const S second = lie_derivatives<2>(field, h, t, x, p)[1];
     // Plainly not zero: whatever the third derivative, what h'' starts is above rounding.
     if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
-        return detail::negligible(slope, second, 2, band) ? Departure{detail::sign(second), 2, true}
-                                                          : Departure{detail::sign(slope), 1, true};
+        return detail::negligible(slope, second, 2, first)
+                   ? Departure{detail::sign(second), 2, true}
+                   : Departure{detail::sign(slope), 1, true};
 
-    const S third = S(direction) * lie_derivatives<3>(field, h, t, x, p)[2];
+    const S third = S(arrival.direction) * lie_derivatives<3>(field, h, t, x, p)[2];
     const bool no_third = abs(third * tau * tau * tau) <= noise;
     const bool no_second =
-        abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, band);
+        abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, higher);
     const bool no_first = no_second ? (no_third ? abs(slope * tau) <= noise
-                                                : detail::negligible(slope, third, 3, band))
-                                    : detail::negligible(slope, second, 2, band);
+                                                : detail::negligible(slope, third, 3, first))
+                                    : detail::negligible(slope, second, 2, first);
     if (!no_first)
         return {detail::sign(slope), 1, true};
     if (!no_second)
@@ -136,18 +158,21 @@ template <int M> struct Verdict {
 /// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
 template <class Sys, class S>
 Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
-                                    const State<Sys, S>& x, const Params<Sys, S>& p, int direction,
-                                    const S& tau, NonUnique policy) {
+                                    const State<Sys, S>& x, const Params<Sys, S>& p,
+                                    const Arrival<S>& arrival, NonUnique policy) {
     using std::abs;
     const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
     // The rounding of h: of its terms, and of the step that led here.
-    const S band =
-        rounding_band(sys, j, t, x, p) + S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(tau);
+    const S band = rounding_band(sys, j, t, x, p) +
+                   S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(arrival.tau);
     Verdict<surfaces_v<Sys>> v;
+    const S forward = S(arrival.direction);
     mode.set(j, -1);
-    v.below = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l1), tau, band);
+    v.below = departure(sys, mode, j, t, x, p, arrival,
+                        arrival.below_tangent ? S(0) : S(forward * b.l1), band);
     mode.set(j, +1);
-    v.above = departure(sys, mode, j, t, x, p, direction, S(S(direction) * b.l2), tau, band);
+    v.above = departure(sys, mode, j, t, x, p, arrival,
+                        arrival.above_tangent ? S(0) : S(forward * b.l2), band);
     v.mode = mode;
     v.finite = v.below.finite && v.above.finite;
     if (!v.finite)
@@ -157,7 +182,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     // do.
     const S limit = s_max(sys, p);
     if (limit > S(1)) {
-        const S w = S(direction) * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
+        const S w = forward * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
         if (w > S(0) && abs(s) < limit * (S(1) - S(16) * epsilon<S>)) {
             v.mode.set(j, 0);
             v.unique = true;

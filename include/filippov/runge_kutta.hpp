@@ -29,8 +29,8 @@ template <class S, int N, int Terms> struct Interpolant {
     }
 };
 
-/// The stages of one step. `rhs(theta, t, x)` returns the derivative at t = t0 + theta dt; it sees
-/// every stage and so may also probe the state there.
+/// The stages of one step. `rhs(j, t, x)` returns the derivative at stage j, t = t0 + c[j] dt; it
+/// sees every stage and so may also probe the state there.
 template <class Tableau, class S, int N> class RungeKutta {
 public:
     using Scalar = S;
@@ -42,7 +42,7 @@ public:
 
     /// Takes k[0] = f(t, x) as given, fills the other stages and x1 = x(t + dt).
     template <class Rhs>
-    FILIPPOV_FLATTEN void step(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
+    FILIPPOV_INLINE void step(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
         [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
             (stage<J + 1>(rhs, t, x, dt, x1), ...);
         }(std::make_index_sequence<last>{});
@@ -81,14 +81,13 @@ public:
         return sum / S(N);
     }
 
-    /// True if every stage of the step is finite: a formula with a zero weight, or a field that
+    /// Finite only if every stage of the step is: a formula with a zero weight, or a field that
     /// maps infinity to something finite, must not hide a stage that left the domain.
-    FILIPPOV_INLINE bool finite() const {
-        S sum(0);
-        for (std::size_t j = 1; j <= last; ++j)
-            for (int i = 0; i < N; ++i)
-                sum += k[j][i] * S(0);
-        return sum == S(0);
+    FILIPPOV_INLINE State sum_of_stages() const {
+        State sum = k[1];
+        for (std::size_t j = 2; j <= last; ++j)
+            sum += k[j];
+        return sum;
     }
 
 private:
@@ -97,11 +96,11 @@ private:
         constexpr S theta = static_cast<S>(Tableau::c[J]);
         if constexpr (J == last) {
             advance<J>(x, dt, x1);
-            k[J] = rhs(theta, S(t + theta * dt), x1);
+            k[J] = rhs(J, S(t + theta * dt), x1);
         } else {
             State xj;
             advance<J>(x, dt, xj);
-            k[J] = rhs(theta, S(t + theta * dt), xj);
+            k[J] = rhs(J, S(t + theta * dt), xj);
         }
     }
 

@@ -36,11 +36,10 @@ template <class S, int R, int C> using Mat = Eigen::Matrix<S, R, C>;
 /// Spacing of the floating-point numbers at 1.
 template <std::floating_point S> inline constexpr S epsilon = std::numeric_limits<S>::epsilon();
 
-/// Distance from |t| to the next floating-point number, at least the smallest normal number.
+/// Distance from |t| to the next floating-point number, or up to twice that; at least the smallest
+/// normal number.
 template <std::floating_point S> S ulp(S t) {
-    const S a = std::abs(t);
-    return std::max(std::nextafter(a, std::numeric_limits<S>::infinity()) - a,
-                    std::numeric_limits<S>::min());
+    return std::max(epsilon<S> * std::abs(t), std::numeric_limits<S>::min());
 }
 
 /// True if every component is finite. Written on bits of arithmetic so that it vectorises: x*0 is

@@ -11,8 +11,11 @@
 #include <filippov/settings.hpp>
 #include <filippov/status.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <string_view>
 
 namespace filippov {
@@ -101,6 +104,7 @@ public:
         if (changed)
             have_k0_ = false;
         mode_ = mode;
+        list_active();
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution())
             choose_first_step();
         // A slide may take far longer steps than the slip after it: that one goes on as before it.
@@ -109,9 +113,9 @@ public:
         if (slid && mode.sliding() == 0 && dt_before_slide_ != S(0) &&
             abs_(dt_before_slide_) < abs_(dt_))
             dt_ = dt_before_slide_;
-        for (int g = 0; g < Guard<M>::first_section; ++g) {
-            if (!active(g))
-                continue;
+        for (const int g : active_guards()) {
+            if (g >= Guard<M>::first_section)
+                break;
             const std::size_t i = idx(g);
             const S value = raw_guard(g, clock_.local, x_);
             order_[i] = 0;
@@ -133,6 +137,7 @@ public:
     void watch_only(int guard) {
         for (int g = 0; g < n_guards; ++g)
             watched_[idx(g)] = g == guard;
+        list_active();
         if (guard < 0 || !active(guard))
             return;
         const S value = raw_guard(guard, clock_.local, x_);
@@ -262,14 +267,14 @@ private:
             else
                 return side_field(seg.sys_, seg.mode_, t, x, seg.p_);
         }
-        FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
+        FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
             const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
             if constexpr (Side != 0)
-                seg.probe(0, theta, seg.sense_[0] * h[0]);
+                seg.probe(0, k, seg.sense_[0] * h[0]);
             else
                 for (int j = 0; j < M; ++j)
-                    seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
-            seg.probe_sections(theta, t, x);
+                    seg.probe(3 * j, k, seg.sense_[idx(3 * j)] * h[j]);
+            seg.probe_sections(k, t, x);
             return field(t, x);
         }
     };
@@ -285,18 +290,18 @@ private:
             return sliding(seg.sys_, seg.mode_, t,
                            toward_surface(seg.sys_, j, t, x, seg.p_, seg.scale_), seg.p_);
         }
-        FILIPPOV_INLINE X operator()(const S& theta, const S& t, const X& x) {
+        FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
             const Sliding<Sys, S> slide = at(t, x);
             const int slid = sliding_surface(seg.mode_);
             const S beyond = s_max(seg.sys_, seg.p_) - S(1);
-            seg.probe_margins(slid, theta, beyond + slide.below, beyond + slide.above, slide.w);
+            seg.probe_margins(slid, k, beyond + slide.below, beyond + slide.above, slide.w);
             if constexpr (M > 1) {
                 const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
                 for (int j = 0; j < M; ++j)
                     if (j != slid)
-                        seg.probe(3 * j, theta, seg.sense_[idx(3 * j)] * h[j]);
+                        seg.probe(3 * j, k, seg.sense_[idx(3 * j)] * h[j]);
             }
-            seg.probe_sections(theta, t, x);
+            seg.probe_sections(k, t, x);
             return slide.f;
         }
     };
@@ -316,6 +321,13 @@ private:
             return g - Guard<M>::first_section < sections_.size();
         return mode_[g / 3] == 0 || g % 3 == 0;
     }
+    void list_active() {
+        n_active_ = 0;
+        for (int g = 0; g < n_guards; ++g)
+            if (active(g))
+                active_[idx(n_active_++)] = g;
+    }
+    std::span<const int> active_guards() const { return {active_.data(), idx(n_active_)}; }
 
     /// A guard before it is given its sense.
     S raw_guard(int g, const S& t, const X& x) const {
@@ -334,29 +346,19 @@ private:
         return sense_[idx(g)] * raw_guard(g, t, x);
     }
 
-    FILIPPOV_INLINE void probe_margins(int slid, const S& theta, const S& below, const S& above,
+    FILIPPOV_INLINE void probe_margins(int slid, std::size_t k, const S& below, const S& above,
                                        const S& w) {
         for (const auto& [g, value] :
              {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above},
               std::pair{Guard<M>::transversal(slid), w}})
-            probe(g, theta, sense_[idx(g)] * value);
+            probe(g, k, sense_[idx(g)] * value);
     }
-    FILIPPOV_INLINE void probe(int g, const S& theta, const S& value) {
-        const std::size_t i = idx(g);
-        end_value_[i] = value;
-        S v = value;
-        if (order_[i] > 0)
-            v = divided(value - start_offset_[i], theta, order_[i]);
-        if (!(v >= low_[i]))
-            low_[i] = v == v ? v : -std::numeric_limits<S>::infinity();
-        if (v > high_[i])
-            high_[i] = v;
-    }
-    FILIPPOV_INLINE void probe_sections(const S& theta, const S& t, const X& x) {
+    FILIPPOV_INLINE void probe(int g, std::size_t k, const S& value) { probe_[idx(g)][k] = value; }
+    FILIPPOV_INLINE void probe_sections(std::size_t k, const S& t, const X& x) {
         if constexpr (Sec::capacity > 0)
             for (int q = 0; q < sections_.size(); ++q) {
                 const int g = Guard<M>::first_section + q;
-                probe(g, theta, guard_value(g, t, x));
+                probe(g, k, guard_value(g, t, x));
             }
     }
     static S divided(const S& v, const S& theta, int order) {
@@ -365,29 +367,105 @@ private:
             r /= theta;
         return r;
     }
-    FILIPPOV_INLINE void reset_probes() {
-        for (int g = 0; g < n_guards; ++g) {
-            const std::size_t i = idx(g);
-            if (!active(g))
-                continue;
-            if (order_[i] > 0) {
-                low_[i] = std::numeric_limits<S>::infinity();
-                high_[i] = -low_[i];
-            } else {
-                low_[i] = high_[i] = start_[i];
-            }
+
+    struct Range {
+        S low, high;
+        FILIPPOV_INLINE void include(const S& v) {
+            low = std::min(low, v);
+            high = std::max(high, v);
         }
+    };
+    /// The range of guard g over the probes of a step, its root at the start divided out; from
+    /// minus infinity if one of them is NaN.
+    template <class Path> FILIPPOV_INLINE Range range(int g) const {
+        const std::size_t i = idx(g);
+        if (order_[i] > 0) [[unlikely]]
+            return divided_range<Path>(i);
+        Range r{start_[i], start_[i]};
+        for (std::size_t k = 1; k <= Path::n_probes; ++k)
+            r.include(probe_[i][k]);
+        return checked<Path>(r, i);
+    }
+    template <class Path> FILIPPOV_COLD Range divided_range(std::size_t i) const {
+        constexpr S inf = std::numeric_limits<S>::infinity();
+        Range r{inf, -inf};
+        for (std::size_t k = 1; k <= Path::n_probes; ++k)
+            r.include(divided(probe_[i][k] - start_offset_[i], Path::probe_theta(k), order_[i]));
+        return checked<Path>(r, i);
+    }
+    /// Minimum and maximum pass over NaN. Off the surfaces a step with one was rejected before.
+    template <class Path> FILIPPOV_INLINE Range checked(Range r, std::size_t i) const {
+        if (Path::slides || i >= std::size_t(Guard<M>::first_section)) {
+            S sum(0);
+            for (std::size_t k = 1; k <= Path::n_probes; ++k)
+                sum += probe_[i][k];
+            if (sum != sum)
+                r.low = -std::numeric_limits<S>::infinity();
+        }
+        return r;
     }
 
-    /// True unless the probes show that guard g stays clear of zero: the smallest of them is above
-    /// it by more than 0.3 of their range (an exact quadratic needs 0.27).
-    FILIPPOV_INLINE bool doubtful(int g) const {
-        const std::size_t i = idx(g);
+    /// True unless the probes show that guard g stays clear of zero.
+    ///
+    /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
+    /// range of the probes at most, and 0.01 if they rise or fall all the way.
+    template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
+        const Range r = range<Path>(g);
+        const S spread = r.high - r.low;
         // A slide's field can be constant, and the error estimate then lets a step span many swings
         // of s.
-        const bool slide = g < Guard<M>::first_section && mode_[g / 3] == 0;
-        const S range = S(slide ? 2 : 0.3) * (high_[i] - low_[i]);
-        return sense_[i] == S(0) || !(low_[i] > range);
+        const bool may_swing = Path::slides && g < Guard<M>::first_section && mode_[g / 3] == 0;
+        if (sense_[idx(g)] == S(0))
+            return true;
+        if (may_swing && !smooth<Path>(g, r))
+            return !(r.low > S(2) * spread);
+        return !(r.low > S(0.3) * spread) && !(r.low > S(0.03) * spread && monotone<Path>(g));
+    }
+    template <class Path> bool monotone(int g) const {
+        return order_[idx(g)] == 0 && turns<Path>(idx(g)) == 0;
+    }
+    /// How often the probes of a guard turn from rising to falling or back.
+    template <class Path> FILIPPOV_COLD int turns(std::size_t i) const {
+        S previous = start_[i], last_rise(0);
+        int n = 0;
+        for (const std::size_t k : Path::in_time) {
+            const S rise = probe_[i][k] - previous;
+            if (rise == S(0))
+                continue;
+            n += rise * last_rise < S(0);
+            last_rise = rise;
+            previous = probe_[i][k];
+        }
+        return n;
+    }
+    /// True if a slide's step shows more than one swing of s, large enough to end it: its field can
+    /// be constant, and then no error estimate bounds the step.
+    template <class Path> FILIPPOV_INLINE bool swings() const {
+        if constexpr (!Path::slides)
+            return false;
+        const int j = sliding_surface(mode_);
+        for (const int g : {Guard<M>::below(j), Guard<M>::above(j)}) {
+            Range r{start_[idx(g)], start_[idx(g)]};
+            for (std::size_t k = 1; k <= Path::n_probes; ++k)
+                r.include(probe_[idx(g)][k]);
+            const S spread = r.high - r.low;
+            if (!(r.low > S(2) * spread) && spread > touch_band(g, false) &&
+                turns<Path>(idx(g)) > 1)
+                return true;
+        }
+        return false;
+    }
+    /// True if equidistant probes of a guard follow a cubic: their fourth differences, 0.08 of the
+    /// amplitude for half a swing and up to 16 of it for many, are small.
+    template <class Path> FILIPPOV_INLINE bool smooth(int g, const Range& r) const {
+        if constexpr (!Path::equidistant)
+            return false;
+        const auto& v = probe_[idx(g)];
+        S largest(0);
+        for (std::size_t k = 1; k + 4 <= Path::n_probes; ++k)
+            largest = std::max(largest, abs_(v[k] - S(4) * v[k + 1] + S(6) * v[k + 2] -
+                                             S(4) * v[k + 3] + v[k + 4]));
+        return order_[idx(g)] == 0 && largest < S(0.25) * (r.high - r.low);
     }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
@@ -424,28 +502,28 @@ private:
         bool touch = false;
     };
 
-    /// True if h was finite at every stage.
-    FILIPPOV_INLINE bool finite_switches() const {
-        constexpr S inf = std::numeric_limits<S>::infinity();
-        bool finite = true;
+    /// True if x1 and every stage are finite, and h at every stage.
+    FILIPPOV_INLINE bool finite(const X& x1) const {
+        X sum = x1 + rk_.sum_of_stages();
+        S total(0);
+        for (int i = 0; i < N; ++i)
+            total += sum[i];
         for (int j = 0; j < M; ++j)
             if (mode_[j] != 0)
-                finite = finite && low_[idx(3 * j)] > -inf && high_[idx(3 * j)] < inf;
-        return finite;
+                for (std::size_t k = 1; k < Tableau::stages; ++k)
+                    total += probe_[idx(3 * j)][k];
+        return total * S(0) == S(0);
     }
     bool starts_on_root() const {
-        for (int g = 0; g < n_guards; ++g)
-            if (active(g) && order_[idx(g)] > 0)
+        for (const int g : active_guards())
+            if (order_[idx(g)] > 0)
                 return true;
         return false;
     }
-    FILIPPOV_INLINE bool any_doubt() const {
-        for (int g = 0; g < n_guards; ++g) {
-            if (!active(g))
-                continue;
-            if (doubtful(g))
+    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
+        for (const int g : active_guards())
+            if (doubtful<Path>(g))
                 return true;
-        }
         return false;
     }
 
@@ -453,8 +531,8 @@ private:
     template <class Path> FILIPPOV_COLD Found first_event(Path& path) {
         Found found;
         ++counters_.root_searches;
-        for (int g = 0; g < n_guards; ++g) {
-            if (!active(g) || (settings_.skip_root_search && !doubtful(g)))
+        for (const int g : active_guards()) {
+            if (settings_.skip_root_search && !doubtful<Path>(g))
                 continue;
             const std::size_t i = idx(g);
             const auto raw = [&](const S& theta) {
@@ -465,7 +543,7 @@ private:
                 const S early = raw(S(1e-3)), late = raw(S(1));
                 if (early < S(0) || (early == S(0) && late < S(0)))
                     sense_[i] = S(-1);
-                end_value_[i] = guard_value(g, S(clock_.local + path.dt), path.x1);
+                probe_[i][Path::n_probes] = guard_value(g, S(clock_.local + path.dt), path.x1);
             }
             // A function that stays zero (a section given as max(0, ...)) is not crossed again and
             // again.
@@ -494,32 +572,65 @@ private:
                 g0 = std::numeric_limits<S>::min();
             S theta(2);
             // A touch comes down to zero from outside its band: what still leaves it does not
-            // touch.
-            S band = order == 0 ? touch_band(g, false) : S(0);
-            if (!(start_[i] > band))
-                band = S(0);
-            Contact contact = first_contact(value, g0, band, theta);
+            // touch, and is searched from where it has left.
+            const S band = touch_band(g, false);
+            const bool outside = order == 0 && start_[i] > band;
+            Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
+            if (!outside && band > S(0)) {
+                const S to = contact == Contact::none ? S(1) : theta;
+                S touch = to;
+                if (touch_after_leaving(g, path, raw, band, touch)) {
+                    contact = Contact::touch;
+                    theta = touch;
+                }
+            }
             if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
                 !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
-                contact = first_contact(value, g0, std::min(band, touch_band(g, true)), theta);
+                contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
             if (contact != Contact::none && theta < found.theta)
                 found = {g, theta, contact == Contact::touch};
         }
         return found;
     }
 
+    /// The first touch of a guard that starts within its touch band, or on a root, after it has
+    /// left the band and before theta.
+    template <class Path, class Raw>
+    bool touch_after_leaving(int g, const Path&, Raw& raw, const S& band, S& theta) const {
+        Range later_probes{std::numeric_limits<S>::infinity(), S(0)};
+        for (std::size_t k = 1; k <= Path::n_probes; ++k)
+            if (probe_[idx(g)][k] > S(2) * band)
+                later_probes.include(probe_[idx(g)][k]);
+        const bool may_swing = Path::slides && mode_[g / 3] == 0;
+        if (later_probes.low > S(may_swing ? 2 : 0.3) * (later_probes.high - later_probes.low))
+            return false;
+        S from = S(1e-3), g0 = S(0);
+        while (from < theta && !((g0 = raw(from)) > S(2) * band))
+            from *= S(2);
+        const S width = theta - from;
+        if (!(width > S(0)))
+            return false;
+        const auto later = [&](const S& u) { return raw(S(from + u * width)); };
+        S u(2);
+        if (first_contact(later, g0, band, u) != Contact::touch)
+            return false;
+        theta = from + u * width;
+        return true;
+    }
+
     /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
     /// at the end of the run, would find its root at the start.
     template <class Path> Found contact_at_end(Path& path, bool last) {
-        for (int g = 0; g < n_guards; ++g) {
-            if (!active(g) || !doubtful(g) || order_[idx(g)] > 0 || sense_[idx(g)] == S(0))
+        for (const int g : active_guards()) {
+            if (order_[idx(g)] > 0 || sense_[idx(g)] == S(0))
+                continue;
+            const Range r = range<Path>(g);
+            const S size = std::max(abs_(r.low), abs_(r.high));
+            if (!(abs_(probe_[idx(g)][Path::n_probes]) <= S(1e-6) * size))
                 continue;
             const S value = guard_value(g, S(clock_.local + path.dt), path.x1);
-            const S band =
-                g < Guard<M>::first_section
-                    ? touch_band(g, true)
-                    : (last ? S(64) * epsilon<S> * std::max(abs_(low_[idx(g)]), abs_(high_[idx(g)]))
-                            : S(-1));
+            const S band = g < Guard<M>::first_section ? touch_band(g, true)
+                                                       : (last ? S(64) * epsilon<S> * size : S(-1));
             if (abs_(value) <= band && start_[idx(g)] > band)
                 return {g, S(1), false};
         }
@@ -607,8 +718,8 @@ private:
                 d = d / S(2);
         }
         // An event at the end of the run is not after it.
-        if (const S remaining = clock_.until(end_); forward * (path.dt - remaining) > S(0))
-            path.shorten(remaining);
+        if (forward * (path.dt - remaining_) > S(0))
+            path.shorten(remaining_);
         Stop stop;
         if (!seen_far &&
             !landed(path, g, found.touch)) { // the interpolant saw a root that no step has
@@ -622,12 +733,11 @@ private:
         settle_on_surface(path, g, found.touch || jumped);
         const bool flat = degenerate(g, path, x_before);
         accept(path.x1, path.dt, path);
-        for (int q = Guard<M>::first_section; q < n_guards; ++q) {
-            if (!active(q))
-                continue;
-            start_[idx(q)] = guard_value(q, clock_.local, x_);
-            order_[idx(q)] = 0;
-        }
+        for (const int q : active_guards())
+            if (q >= Guard<M>::first_section) {
+                start_[idx(q)] = guard_value(q, clock_.local, x_);
+                order_[idx(q)] = 0;
+            }
         if (flat)
             stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         return stop;
@@ -724,19 +834,20 @@ private:
             sum += (v[i] / scale_[i]) * (v[i] / scale_[i]);
         return sqrt(sum / S(N));
     }
+    /// Square of the error of a step in units of the tolerance.
     FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
         X weight;
         for (int i = 0; i < N; ++i)
             weight[i] =
-                S(1) / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
-        return Tableau::error(rk_, weight, dt);
+                dt / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
+        return Tableau::squared_error(rk_, weight);
     }
 
     /// Takes the step to x1: observer, state, clock.
     template <class Path> FILIPPOV_INLINE void accept(const X& x1, const S& dt, Path& path) {
         Clock<S> next = clock_;
         next.advance(dt);
-        if (dt == clock_.until(end_))
+        if (dt == remaining_)
             next = end_;
         if constexpr (Obs::wants_steps)
             observer_.on_step(StepView<S, N, M>{clock_, next, dt, x_, x1, mode_}, path);
@@ -745,11 +856,9 @@ private:
         clock_ = next;
         ++counters_.steps;
     }
-    FILIPPOV_INLINE void keep_guard_values() {
-        for (int g = 0; g < n_guards; ++g) {
-            if (!active(g))
-                continue;
-            start_[idx(g)] = end_value_[idx(g)];
+    template <class Path> FILIPPOV_INLINE void keep_guard_values() {
+        for (const int g : active_guards()) {
+            start_[idx(g)] = probe_[idx(g)][Path::n_probes];
             order_[idx(g)] = 0;
         }
     }
@@ -757,12 +866,27 @@ private:
     /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first
     /// asked for.
     template <class Rhs> struct RungeKuttaPath {
+        static constexpr bool slides = Rhs::slides, equidistant = false;
+        static constexpr std::size_t n_probes = Tableau::stages - 1;
+        /// The probes in the order of their times.
+        static constexpr auto in_time = [] {
+            std::array<std::size_t, n_probes> order{};
+            std::iota(order.begin(), order.end(), std::size_t(1));
+            std::sort(order.begin(), order.end(),
+                      [](std::size_t a, std::size_t b) { return Tableau::c[a] < Tableau::c[b]; });
+            return order;
+        }();
+        static constexpr S probe_theta(std::size_t k) { return static_cast<S>(Tableau::c[k]); }
+
         Segment& seg;
         Rhs& rhs;
         S dt;
         X x1;
         bool built = false;
         typename RungeKutta<Tableau, S, N>::Polynomial polynomial;
+
+        RungeKuttaPath(Segment& segment, Rhs& field, const S& step)
+            : seg(segment), rhs(field), dt(step) {}
 
         X on_surface(const X& x, const S& t) const {
             if constexpr (Rhs::slides)
@@ -772,12 +896,7 @@ private:
         }
         X operator()(const S& theta) {
             if (!built) {
-                // Its stages lie inside the step: what they probe is not the end of it.
-                const auto end = seg.end_value_, low = seg.low_, high = seg.high_;
                 polynomial = seg.rk_.interpolant(rhs, seg.clock_.local, seg.x_, dt, x1);
-                seg.end_value_ = end;
-                seg.low_ = low;
-                seg.high_ = high;
                 seg.counters_.field += Tableau::extra_stages;
                 ++seg.counters_.interpolants;
                 built = true;
@@ -791,7 +910,7 @@ private:
                 piece.polynomial.c[m] = polynomial.c[m];
         }
         const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
-        void shorten(const S& d) {
+        FILIPPOV_COLD void shorten(const S& d) {
             seg.rk_.step(rhs, seg.clock_.local, seg.x_, d, x1);
             x1 = on_surface(x1, S(seg.clock_.local + d));
             seg.counters_.field += Tableau::stages - 1;
@@ -878,7 +997,32 @@ private:
         return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
     }
 
-    template <class Rhs> Stop run(Rhs rhs) {
+    /// How far the next step should go: a fifth beyond the contact that a parabola through h over
+    /// the last step foresees. One-sided fields may grow wild behind their surface (a pole, a
+    /// square root), and steps that plunge there are mostly rejected.
+    template <class Path> FILIPPOV_INLINE S reach_after(const S& dt) const {
+        constexpr std::size_t m = Path::n_probes * 2 / 3;
+        constexpr S theta = Path::probe_theta(m);
+        S nearest = std::numeric_limits<S>::infinity();
+        for (int j = 0; j < M; ++j) {
+            if (mode_[j] == 0 || !watched_[idx(3 * j)])
+                continue;
+            const std::size_t i = idx(3 * j);
+            const S h0 = start_[i], hm = probe_[i][m], h1 = probe_[i][Path::n_probes];
+            // h / h1 = 1 + slope u + bend u^2, u = theta - 1
+            const S rise = (S(1) - hm / h1) / (S(1) - theta);
+            const S bend = rise - (hm - h0) / (h1 * theta);
+            const S slope = rise + bend * (S(1) - theta);
+            const S discriminant = slope * slope - S(4) * bend;
+            using std::sqrt;
+            const S denominator = sqrt(std::max(discriminant, S(0))) - slope;
+            if (discriminant >= S(0) && denominator > S(0) && h1 > S(0))
+                nearest = std::min(nearest, S(2) / denominator);
+        }
+        return std::max(S(1.2) * nearest * abs_(dt), S(16) * resolution());
+    }
+
+    template <class Rhs> FILIPPOV_FLATTEN Stop run(Rhs rhs) {
         if (!have_k0_) {
             rk_.k[0] = rhs.field(clock_.local, x_);
             ++counters_.field;
@@ -888,18 +1032,22 @@ private:
         }
         const bool fixed = settings_.fixed_step > S(0);
         bool bad_stage = false;
+        reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
-            const S remaining = clock_.until(end_);
-            if (!(S(direction_) * remaining > S(0)))
+            remaining_ = clock_.until(end_);
+            if (!(S(direction_) * remaining_ > S(0)))
                 return {};
             if (const Status status = may_go_on(); status != Status::ok)
                 return {status};
             S dt = dt_;
             if (abs_(dt) > settings_.max_step)
                 dt = S(direction_) * settings_.max_step;
-            const bool last = S(direction_) * dt >= S(direction_) * remaining * (S(1) - S(1e-9));
+            const bool cut = abs_(dt) > reach_;
+            if (cut)
+                dt = S(direction_) * reach_;
+            const bool last = S(direction_) * dt >= S(direction_) * remaining_ * (S(1) - S(1e-9));
             if (last)
-                dt = remaining;
+                dt = remaining_;
             if (abs_(dt_) < resolution() && !(last && !bad_stage)) {
                 const Stop stop = bad_stage ? contact_at_edge() : Stop{};
                 if (stop.guard >= 0)
@@ -907,24 +1055,29 @@ private:
                 return {fail_small(bad_stage)};
             }
 
-            reset_probes();
-            RungeKuttaPath<Rhs> path{*this, rhs, dt, X(x_), false, {}};
+            RungeKuttaPath<Rhs> path(*this, rhs, dt);
             rk_.step(rhs, clock_.local, x_, dt, path.x1);
             counters_.field += Tableau::stages - 1;
-            const bool finite = rk_.finite() && all_finite<S, N>(path.x1) && finite_switches();
-            const S error = finite && !fixed ? step_error(path.x1, dt) : S(0);
-            if (!finite || !(error <= S(1))) {
+            const bool good = finite(path.x1);
+            const S error = good && !fixed ? step_error(path.x1, dt) : S(0);
+            if (!good || !(error <= S(1))) {
                 ++counters_.rejected;
-                bad_stage = !finite || !(error < std::numeric_limits<S>::infinity());
-                dt_ = bad_stage ? shorter_than(dt) : dt * control_.template after_reject<S>(error);
+                bad_stage = !good || !(error < std::numeric_limits<S>::infinity());
+                dt_ = bad_stage ? shorter_than(dt)
+                                : dt * S(control_.after_reject(static_cast<double>(error)));
                 if (bad_stage && fixed)
                     return {fail_small(true)};
+                continue;
+            }
+            if (swings<RungeKuttaPath<Rhs>>() && !fixed && abs_(dt) > S(64) * resolution()) {
+                ++counters_.rejected;
+                reach_ = abs_(dt) / S(2);
                 continue;
             }
             path.x1 = path.on_surface(path.x1, S(clock_.local + dt));
 
             Found found;
-            if (!settings_.skip_root_search || any_doubt()) {
+            if (!settings_.skip_root_search || any_doubt<RungeKuttaPath<Rhs>>()) {
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * resolution() || !starts_on_root())
@@ -933,11 +1086,13 @@ private:
                     found = contact_at_end(path, last);
             }
             if (!fixed) {
-                // A step cut by the end of the run does not shrink the next proposal; one that ends
-                // at an event keeps the full step's.
-                const S proposed = dt * control_.template after_accept<S>(error);
-                if (!last || abs_(proposed) > abs_(dt_))
+                // A step cut by the end of the run, or before a surface, does not shrink the next
+                // proposal; one that ends at an event keeps the full step's.
+                const S proposed = dt * S(control_.after_accept(static_cast<double>(error)));
+                if (!(last || cut) || abs_(proposed) > abs_(dt_))
                     dt_ = proposed;
+                reach_ =
+                    Rhs::slides && M == 1 ? S(1.25) * reach_ : reach_after<RungeKuttaPath<Rhs>>(dt);
             }
             bad_stage = false;
             if (found.guard >= 0) {
@@ -949,7 +1104,7 @@ private:
             }
             accept(path.x1, dt, path);
             rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
-            keep_guard_values();
+            keep_guard_values<RungeKuttaPath<Rhs>>();
         }
     }
 
@@ -957,6 +1112,11 @@ private:
 
     /// A window of a slide that the system knows in closed form.
     struct ClosedFormPath {
+        static constexpr bool slides = true, equidistant = true;
+        static constexpr std::size_t n_probes = 6;
+        static constexpr std::array<std::size_t, n_probes> in_time{1, 2, 3, 4, 5, 6};
+        static constexpr S probe_theta(std::size_t k) { return S(k) / S(6); }
+
         Segment& seg;
         S dt;
         X x1;
@@ -978,28 +1138,28 @@ private:
 
     Stop run_closed_form() {
         have_k0_ = false;
-        S window = abs_(dt_);
+        // A forced s swings with the period: windows of half of it show it.
         const S longest =
             clock_.period > S(0) ? clock_.period / S(2) : std::numeric_limits<S>::infinity();
+        S window = clock_.period > S(0) ? longest / S(4) : abs_(dt_);
         for (;;) {
-            const S remaining = clock_.until(end_);
-            if (!(S(direction_) * remaining > S(0)))
+            remaining_ = clock_.until(end_);
+            if (!(S(direction_) * remaining_ > S(0)))
                 return {};
             if (const Status status = may_go_on(); status != Status::ok)
                 return {status};
             window = std::max(std::min({window, longest, settings_.max_step}), resolution());
-            const bool last = window >= abs_(remaining);
-            ClosedFormPath path{*this, last ? remaining : S(direction_) * window, X(x_)};
-            reset_probes();
-            for (int k = 1; k <= 6; ++k) {
-                const S theta = S(k) / S(6);
+            const bool last = window >= abs_(remaining_);
+            ClosedFormPath path{*this, last ? remaining_ : S(direction_) * window, X(x_)};
+            for (std::size_t k = 1; k <= ClosedFormPath::n_probes; ++k) {
+                const S theta = ClosedFormPath::probe_theta(k);
                 path.x1 = path(theta);
-                probe_slide(theta, S(clock_.local + theta * path.dt), path.x1);
+                probe_slide(k, S(clock_.local + theta * path.dt), path.x1);
             }
             if (!all_finite<S, N>(path.x1))
                 return {fail(Status::not_finite, "sliding_flow")};
             Found found;
-            if (!settings_.skip_root_search || any_doubt()) {
+            if (!settings_.skip_root_search || any_doubt<ClosedFormPath>()) {
                 found = first_event(path);
                 if (found.guard < 0)
                     found = contact_at_end(path, last);
@@ -1007,17 +1167,17 @@ private:
             if (found.guard >= 0)
                 return land(path, found);
             accept(path.x1, path.dt, path);
-            keep_guard_values();
+            keep_guard_values<ClosedFormPath>();
             window *= S(4);
         }
     }
 
-    void probe_slide(const S& theta, const S& t, const X& x) {
+    void probe_slide(std::size_t k, const S& t, const X& x) {
         const int slid = sliding_surface(mode_);
         const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
         const S beyond = s_max(sys_, p_) - S(1);
-        probe_margins(slid, theta, beyond + margin.below, beyond + margin.above, margin.w);
-        probe_sections(theta, t, x);
+        probe_margins(slid, k, beyond + margin.below, beyond + margin.above, margin.w);
+        probe_sections(k, t, x);
     }
 
     static constexpr std::array<bool, n_guards> filled() {
@@ -1038,15 +1198,22 @@ private:
     Mode<M> mode_{};
     int direction_ = 1;
     S dt_ = S(0);
+    S reach_ = std::numeric_limits<S>::infinity(); ///< where the next step should end at the latest
+    S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
     RungeKutta<Tableau, S, N> rk_;
     StepControl<Tableau> control_;
     X scale_;
-    std::array<S, n_guards> start_{}, end_value_{}, start_offset_{}, low_{}, high_{};
+    std::array<S, n_guards> start_{}, start_offset_{};
+    /// Values of the guards at the stages of a step, or along a window of a slide.
+    std::array<std::array<S, std::max(Tableau::stages + Tableau::extra_stages, 7)>, n_guards>
+        probe_{};
     std::array<int, n_guards> order_{};
     std::array<S, n_guards> sense_{}; ///< sign of a guard before its event, 0: not known yet
     std::array<bool, n_guards> watched_ = filled();
+    std::array<int, n_guards> active_{}; ///< those that this mode has and somebody watches
+    int n_active_ = 0;
     Counters counters_{};
     Diagnosis<S, N, M> diagnosis_{};
 };

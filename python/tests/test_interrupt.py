@@ -13,8 +13,17 @@ import filippov as fp
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 
-PROGRAM = """
-import sys, time
+SOON = 3.0  # seconds; idle machines take a hundredth of one
+
+# A shell starts what runs in its background with Ctrl-C ignored, and children inherit that.
+LISTEN = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+"""
+
+PROGRAM = (
+    LISTEN
+    + """
 import filippov as fp
 print("ready", flush=True)
 try:
@@ -27,6 +36,7 @@ except KeyboardInterrupt as stop:
     print("stopped", flush=True)
     sys.exit(7)
 """
+)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +47,7 @@ except KeyboardInterrupt as stop:
         ("stiction", [0, 0], "dopri5", None),  # rests for ever, in closed form
     ],
 )
-def test_ctrl_c_stops_within_a_second_and_keeps_the_run(model, x0, method, events):
+def test_ctrl_c_stops_at_once_and_keeps_the_run(model, x0, method, events):
     if model == "stiction":
         model += ".with_params(V=0, A=0.1)"
     code = PROGRAM.format(model=model, x0=x0, method=method, events=events)
@@ -50,14 +60,15 @@ def test_ctrl_c_stops_within_a_second_and_keeps_the_run(model, x0, method, event
             pytest.fail(child.stderr.read())
         sent = time.perf_counter()
         child.send_signal(signal.SIGINT)
-        assert child.stdout.readline() == "stopped\n", child.stderr.read()
-        assert time.perf_counter() - sent < 1.0
+        assert child.stdout.readline() == "stopped\n"
+        assert time.perf_counter() - sent < SOON
         assert child.wait(timeout=10) == 7
 
 
 def test_ctrl_c_in_an_event_function_passes_through():
-    code = """
-import sys
+    code = (
+        LISTEN
+        + """
 import filippov as fp
 print("ready", flush=True)
 try:
@@ -66,13 +77,14 @@ try:
 except KeyboardInterrupt:
     sys.exit(7)
 """
+    )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout.readline() == "ready\n"
         time.sleep(0.3)
         sent = time.perf_counter()
         child.send_signal(signal.SIGINT)
         assert child.wait(timeout=10) == 7
-        assert time.perf_counter() - sent < 1.0
+        assert time.perf_counter() - sent < SOON
 
 
 def test_whatever_a_signal_handler_raises_comes_out():
@@ -91,7 +103,7 @@ def test_whatever_a_signal_handler_raises_comes_out():
                 fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
                 max_steps=10**15,
             )  # fmt: skip
-        assert time.perf_counter() - begun < 1.2
+        assert time.perf_counter() - begun < 0.2 + SOON
         assert caught.value.trajectory.status == "interrupted"
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)

@@ -30,21 +30,24 @@ struct Oscillator {
     template <Scalar S> static S pull(const S& t, const X<S>& x, const P<S>& p) {
         return p[0] * cos(p[1] * t) - p[3] * x[0];
     }
-    /// g mu(r) of (4.5), r >= 0: its two parts, so that the division joins the sum last.
+    /// g mu(r) of (4.5), r >= 0: the part without a pole.
     template <Scalar S> static S smooth_part(const S& r, const P<S>& p) {
         return p[4] * (p[8] + p[9] * r * r);
     }
-    template <Scalar S> static S falling_part(const S& r, const P<S>& p) {
-        return p[4] * p[6] / (S(1) + p[7] * r);
+    /// ... and the part with one, alpha/(1 + gamma r), from its denominator. A step waits for it,
+    /// stage after stage: it joins the sum last, and f1 and f2 write 1 + gamma r with all that does
+    /// not depend on v together.
+    template <Scalar S> static S falling_part(const S& denominator, const P<S>& p) {
+        return p[4] * p[6] / denominator;
     }
 
     template <Scalar S> X<S> f1(const S& t, const X<S>& x, const P<S>& p) const {
-        const S r = p[5] - x[1];
-        return {x[1], (pull(t, x, p) / p[2] + smooth_part(r, p)) + falling_part(r, p)};
+        const S r = p[5] - x[1], denominator = (S(1) + p[7] * p[5]) - p[7] * x[1];
+        return {x[1], (pull(t, x, p) / p[2] + smooth_part(r, p)) + falling_part(denominator, p)};
     }
     template <Scalar S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
-        const S r = x[1] - p[5];
-        return {x[1], (pull(t, x, p) / p[2] - smooth_part(r, p)) - falling_part(r, p)};
+        const S r = x[1] - p[5], denominator = (S(1) - p[7] * p[5]) + p[7] * x[1];
+        return {x[1], (pull(t, x, p) / p[2] - smooth_part(r, p)) - falling_part(denominator, p)};
     }
     /// (4.18)
     template <Scalar S> S h(const S&, const X<S>& x, const P<S>& p) const { return x[1] - p[5]; }
@@ -57,7 +60,8 @@ struct Oscillator {
     template <Scalar S> X<S> field(const S& t, const X<S>& x, const S& s, const P<S>& p) const {
         using std::abs;
         const S r = abs(S(x[1] - p[5]));
-        return {x[1], pull(t, x, p) / p[2] - s * (smooth_part(r, p) + falling_part(r, p))};
+        return {x[1], pull(t, x, p) / p[2] -
+                          s * (smooth_part(r, p) + falling_part(S(S(1) + p[7] * r), p))};
     }
     /// On the belt: s = (A cos(omega t) - k y) / (m g mu(0)), from (4.12) and (4.2).
     template <Scalar S> S equivalent_control(const S& t, const X<S>& x, const P<S>& p) const {
