@@ -5,6 +5,7 @@
 #include <filippov/clock.hpp>
 #include <filippov/control.hpp>
 #include <filippov/event.hpp>
+#include <filippov/guards.hpp>
 #include <filippov/observers.hpp>
 #include <filippov/roots.hpp>
 #include <filippov/runge_kutta.hpp>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <string_view>
 
@@ -47,17 +47,6 @@ struct Stop {
     bool touch = false;         ///< an extremum that touches zero, not a root
     bool missed = false;        ///< no event after all: the whole step is free
     bool jumped = false;        ///< h changed sign without being zero (a jump of h)
-};
-
-/// The guards of a mode: functions positive inside it.
-///
-/// Surface j owns three: 3j is side * h_j off the surface and s_max + s on it; 3j+1 is s_max - s;
-/// 3j+2 is the transversality L1 - L2, oriented. User sections follow after 3M.
-template <int M> struct Guard {
-    static constexpr int below(int j) { return 3 * j; }
-    static constexpr int above(int j) { return 3 * j + 1; }
-    static constexpr int transversal(int j) { return 3 * j + 2; }
-    static constexpr int first_section = 3 * M;
 };
 
 /// State and machinery of a run; `advance` follows the current mode to the next stop.
@@ -116,39 +105,35 @@ public:
         for (const int g : active_guards()) {
             if (g >= Guard<M>::first_section)
                 break;
-            const std::size_t i = idx(g);
             const S value = raw_guard(g, clock_.local, x_);
-            order_[i] = 0;
-            sense_[i] = mode_[g / 3] != 0            ? S(mode_[g / 3])
-                        : g % 3 == 2 && value < S(0) ? S(-1)
-                                                     : S(1);
-            start_[i] = sense_[i] * value;
+            const bool repels = g == Guard<M>::transversal(g / 3) && value < S(0);
+            trace(g).sense = mode_[g / 3] != 0 ? S(mode_[g / 3]) : repels ? S(-1) : S(1);
+            trace(g).start_at(trace(g).sense * value);
         }
     }
 
     /// Guard g starts on a root of this order: it is divided out of g in the next step.
     void start_root(int g, int order) {
-        order_[idx(g)] = order;
-        start_offset_[idx(g)] =
-            g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
+        trace(g).order = order;
+        trace(g).offset = g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
     }
 
     /// Watches guard g alone, from whichever side it starts on; -1: none.
     void watch_only(int guard) {
         for (int g = 0; g < n_guards; ++g)
-            watched_[idx(g)] = g == guard;
+            trace(g).watched = g == guard;
         list_active();
         if (guard < 0 || !active(guard))
             return;
         const S value = raw_guard(guard, clock_.local, x_);
-        sense_[idx(guard)] = S(detail::sign(value));
-        start_[idx(guard)] = abs_(value);
+        trace(guard).sense = S(detail::sign(value));
+        trace(guard).start = abs_(value);
         const bool off_surface = guard < Guard<M>::first_section && mode_[guard / 3] != 0;
         const S band = off_surface
                            ? start_band(sys_, guard / 3, clock_.local, x_, p_, X(settings_.atol))
                            : touch_band(guard, true);
         if (abs_(value) <= band) {
-            sense_[idx(guard)] = S(0);
+            trace(guard).sense = S(0);
             start_root(guard, 1);
         }
     }
@@ -156,22 +141,20 @@ public:
     /// Section q starts here, on the side of its value; exactly on it the side is where the step
     /// goes.
     void start_section(int q) {
-        const std::size_t i = idx(Guard<M>::first_section + q);
         const S value = section_value(q);
-        sense_[i] = S(detail::sign(value));
-        start_[i] = abs_(value);
-        order_[i] = sense_[i] == S(0) ? 1 : 0;
-        start_offset_[i] = S(0);
+        GuardTrace& section = trace(Guard<M>::first_section + q);
+        section.sense = S(detail::sign(value));
+        section.start_at(abs_(value), value == S(0) ? 1 : 0);
     }
     /// Section q was just crossed: the next step starts on its root, on the other side.
     void passed_section(int q) {
-        const std::size_t i = idx(Guard<M>::first_section + q);
-        sense_[i] = -sense_[i];
-        order_[i] = 1;
-        start_offset_[i] = S(0);
+        GuardTrace& section = trace(Guard<M>::first_section + q);
+        section.sense = -section.sense;
+        section.order = 1;
+        section.offset = S(0);
     }
     /// The sign that section q had before, 0 if not known yet.
-    int section_side(int q) const { return detail::sign(sense_[idx(Guard<M>::first_section + q)]); }
+    int section_side(int q) const { return detail::sign(trace(Guard<M>::first_section + q).sense); }
     S section_value(int q) const {
         return raw_guard(Guard<M>::first_section + q, clock_.local, x_);
     }
@@ -247,7 +230,12 @@ public:
     }
 
 private:
+    using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
+                                                      WindowTimes<S>::n + 1)>;
+
     static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
+    FILIPPOV_INLINE GuardTrace& trace(int g) { return traces_[idx(g)]; }
+    FILIPPOV_INLINE const GuardTrace& trace(int g) const { return traces_[idx(g)]; }
     static S abs_(const S& v) {
         using std::abs;
         return abs(v);
@@ -270,10 +258,10 @@ private:
         FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
             const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
             if constexpr (Side != 0)
-                seg.probe(0, k, seg.sense_[0] * h[0]);
+                seg.probe(0, k, h[0]);
             else
                 for (int j = 0; j < M; ++j)
-                    seg.probe(3 * j, k, seg.sense_[idx(3 * j)] * h[j]);
+                    seg.probe(Guard<M>::below(j), k, h[j]);
             seg.probe_sections(k, t, x);
             return field(t, x);
         }
@@ -299,7 +287,7 @@ private:
                 const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
                 for (int j = 0; j < M; ++j)
                     if (j != slid)
-                        seg.probe(3 * j, k, seg.sense_[idx(3 * j)] * h[j]);
+                        seg.probe(Guard<M>::below(j), k, h[j]);
             }
             seg.probe_sections(k, t, x);
             return slide.f;
@@ -315,7 +303,7 @@ private:
     // --- guards --------------------------------------------------------------------------------
 
     bool active(int g) const {
-        if (!watched_[idx(g)])
+        if (!trace(g).watched)
             return false;
         if (g >= Guard<M>::first_section)
             return g - Guard<M>::first_section < sections_.size();
@@ -343,7 +331,7 @@ private:
     }
     /// Oriented value of a guard: positive before the event.
     S guard_value(int g, const S& t, const X& x) const {
-        return sense_[idx(g)] * raw_guard(g, t, x);
+        return trace(g).sense * raw_guard(g, t, x);
     }
 
     FILIPPOV_INLINE void probe_margins(int slid, std::size_t k, const S& below, const S& above,
@@ -351,121 +339,41 @@ private:
         for (const auto& [g, value] :
              {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above},
               std::pair{Guard<M>::transversal(slid), w}})
-            probe(g, k, sense_[idx(g)] * value);
+            probe(g, k, value);
     }
-    FILIPPOV_INLINE void probe(int g, std::size_t k, const S& value) { probe_[idx(g)][k] = value; }
+    /// The value of guard g, not oriented yet, at probe k of the step.
+    FILIPPOV_INLINE void probe(int g, std::size_t k, const S& value) {
+        trace(g).probe[k] = trace(g).sense * value;
+    }
     FILIPPOV_INLINE void probe_sections(std::size_t k, const S& t, const X& x) {
         if constexpr (Sec::capacity > 0)
             for (int q = 0; q < sections_.size(); ++q) {
                 const int g = Guard<M>::first_section + q;
-                probe(g, k, guard_value(g, t, x));
+                probe(g, k, raw_guard(g, t, x));
             }
     }
-    static S divided(const S& v, const S& theta, int order) {
-        S r = v / theta;
-        for (int k = 1; k < order; ++k)
-            r /= theta;
-        return r;
-    }
-
-    struct Range {
-        S low, high;
-        FILIPPOV_INLINE void include(const S& v) {
-            low = std::min(low, v);
-            high = std::max(high, v);
-        }
-    };
-    /// The range of guard g over the probes of a step, its root at the start divided out; from
-    /// minus infinity if one of them is NaN.
-    template <class Path> FILIPPOV_INLINE Range range(int g) const {
-        const std::size_t i = idx(g);
-        if (order_[i] > 0) [[unlikely]]
-            return divided_range<Path>(i);
-        Range r{start_[i], start_[i]};
-        for (std::size_t k = 1; k <= Path::n_probes; ++k)
-            r.include(probe_[i][k]);
-        return checked<Path>(r, i);
-    }
-    template <class Path> FILIPPOV_COLD Range divided_range(std::size_t i) const {
-        constexpr S inf = std::numeric_limits<S>::infinity();
-        Range r{inf, -inf};
-        for (std::size_t k = 1; k <= Path::n_probes; ++k)
-            r.include(divided(probe_[i][k] - start_offset_[i], Path::probe_theta(k), order_[i]));
-        return checked<Path>(r, i);
-    }
-    /// Minimum and maximum pass over NaN. Off the surfaces a step with one was rejected before.
-    template <class Path> FILIPPOV_INLINE Range checked(Range r, std::size_t i) const {
-        if (Path::slides || i >= std::size_t(Guard<M>::first_section)) {
-            S sum(0);
-            for (std::size_t k = 1; k <= Path::n_probes; ++k)
-                sum += probe_[i][k];
-            if (sum != sum)
-                r.low = -std::numeric_limits<S>::infinity();
-        }
-        return r;
-    }
-
     /// True unless the probes show that guard g stays clear of zero.
-    ///
-    /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
-    /// range of the probes at most, and 0.01 if they rise or fall all the way.
     template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
-        const Range r = range<Path>(g);
-        const S spread = r.high - r.low;
-        // A slide's field can be constant, and the error estimate then lets a step span many swings
-        // of s.
-        const bool may_swing = Path::slides && g < Guard<M>::first_section && mode_[g / 3] == 0;
-        if (sense_[idx(g)] == S(0))
+        using Times = typename Path::Times;
+        const bool off_surface = g < Guard<M>::first_section && !Path::slides;
+        // Off the surfaces a step with a NaN was rejected before.
+        if (!off_surface && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
             return true;
-        if (may_swing && !smooth<Path>(g, r))
-            return !(r.low > S(2) * spread);
-        return !(r.low > S(0.3) * spread) && !(r.low > S(0.03) * spread && monotone<Path>(g));
+        return trace(g).template doubtful<Times>(may_swing<Path>(g));
     }
-    template <class Path> bool monotone(int g) const {
-        return order_[idx(g)] == 0 && turns<Path>(idx(g)) == 0;
+    /// A slide's field can be constant, and then no error estimate keeps a step from spanning many
+    /// swings of s.
+    template <class Path> bool may_swing(int g) const {
+        return Path::slides && g < Guard<M>::first_section && mode_[g / 3] == 0;
     }
-    /// How often the probes of a guard turn from rising to falling or back.
-    template <class Path> FILIPPOV_COLD int turns(std::size_t i) const {
-        S previous = start_[i], last_rise(0);
-        int n = 0;
-        for (const std::size_t k : Path::in_time) {
-            const S rise = probe_[i][k] - previous;
-            if (rise == S(0))
-                continue;
-            n += rise * last_rise < S(0);
-            last_rise = rise;
-            previous = probe_[i][k];
-        }
-        return n;
-    }
-    /// True if a slide's step shows more than one swing of s, large enough to end it: its field can
-    /// be constant, and then no error estimate bounds the step.
     template <class Path> FILIPPOV_INLINE bool swings() const {
+        using Times = typename Path::Times;
         if constexpr (!Path::slides)
             return false;
         const int j = sliding_surface(mode_);
-        for (const int g : {Guard<M>::below(j), Guard<M>::above(j)}) {
-            Range r{start_[idx(g)], start_[idx(g)]};
-            for (std::size_t k = 1; k <= Path::n_probes; ++k)
-                r.include(probe_[idx(g)][k]);
-            const S spread = r.high - r.low;
-            if (!(r.low > S(2) * spread) && spread > touch_band(g, false) &&
-                turns<Path>(idx(g)) > 1)
-                return true;
-        }
-        return false;
-    }
-    /// True if equidistant probes of a guard follow a cubic: their fourth differences, 0.08 of the
-    /// amplitude for half a swing and up to 16 of it for many, are small.
-    template <class Path> FILIPPOV_INLINE bool smooth(int g, const Range& r) const {
-        if constexpr (!Path::equidistant)
-            return false;
-        const auto& v = probe_[idx(g)];
-        S largest(0);
-        for (std::size_t k = 1; k + 4 <= Path::n_probes; ++k)
-            largest = std::max(largest, abs_(v[k] - S(4) * v[k + 1] + S(6) * v[k + 2] -
-                                             S(4) * v[k + 3] + v[k + 4]));
-        return order_[idx(g)] == 0 && largest < S(0.25) * (r.high - r.low);
+        const S band = touch_band(Guard<M>::below(j), false);
+        return trace(Guard<M>::below(j)).template swings<Times>(band) ||
+               trace(Guard<M>::above(j)).template swings<Times>(band);
     }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
@@ -510,13 +418,12 @@ private:
             total += sum[i];
         for (int j = 0; j < M; ++j)
             if (mode_[j] != 0)
-                for (std::size_t k = 1; k < Tableau::stages; ++k)
-                    total += probe_[idx(3 * j)][k];
+                total += trace(Guard<M>::below(j)).template sum<StageTimes<Tableau, S>>();
         return total * S(0) == S(0);
     }
     bool starts_on_root() const {
         for (const int g : active_guards())
-            if (order_[idx(g)] > 0)
+            if (trace(g).order > 0)
                 return true;
         return false;
     }
@@ -534,28 +441,28 @@ private:
         for (const int g : active_guards()) {
             if (settings_.skip_root_search && !doubtful<Path>(g))
                 continue;
-            const std::size_t i = idx(g);
+            GuardTrace& w = trace(g);
             const auto raw = [&](const S& theta) {
                 return guard_value(g, S(clock_.local + theta * path.dt), path(theta));
             };
-            if (sense_[i] == S(0)) { // starts exactly on zero: its side is where the step goes
-                sense_[i] = S(1);
+            if (w.sense == S(0)) { // starts exactly on zero: its side is where the step goes
+                w.sense = S(1);
                 const S early = raw(S(1e-3)), late = raw(S(1));
                 if (early < S(0) || (early == S(0) && late < S(0)))
-                    sense_[i] = S(-1);
-                probe_[i][Path::n_probes] = guard_value(g, S(clock_.local + path.dt), path.x1);
+                    w.sense = S(-1);
+                w.probe[Path::Times::n] = guard_value(g, S(clock_.local + path.dt), path.x1);
             }
             // A function that stays zero (a section given as max(0, ...)) is not crossed again and
             // again.
-            if (g >= Guard<M>::first_section && !(start_[i] > S(0) && order_[i] == 0) &&
+            if (g >= Guard<M>::first_section && !(w.start > S(0) && w.order == 0) &&
                 raw(S(0.5)) == S(0) && raw(S(1)) == S(0)) {
-                sense_[i] = S(0);
+                w.sense = S(0);
                 continue;
             }
             // The root at the start is divided out. Within the sliver the quotient is rounding (for
             // a double root, error of the interpolant): its value there is the one at the sliver's
             // end.
-            const int order = order_[i];
+            const int order = w.order;
             using std::sqrt;
             const S sliver = order == 0   ? S(0)
                              : order == 1 ? S(1e-9)
@@ -564,17 +471,17 @@ private:
                 if (order == 0)
                     return raw(theta);
                 const S u = std::max(theta, sliver);
-                const S v = divided(raw(u) - start_offset_[i], u, order);
+                const S v = w.divided(raw(u), u);
                 return theta < sliver ? abs_(v) : v;
             };
-            S g0 = order == 0 ? start_[i] : value(S(0));
+            S g0 = order == 0 ? w.start : value(S(0));
             if (!(g0 > S(0)))
                 g0 = std::numeric_limits<S>::min();
             S theta(2);
             // A touch comes down to zero from outside its band: what still leaves it does not
             // touch, and is searched from where it has left.
             const S band = touch_band(g, false);
-            const bool outside = order == 0 && start_[i] > band;
+            const bool outside = order == 0 && w.start > band;
             Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
             if (!outside && band > S(0)) {
                 const S to = contact == Contact::none ? S(1) : theta;
@@ -597,12 +504,11 @@ private:
     /// left the band and before theta.
     template <class Path, class Raw>
     bool touch_after_leaving(int g, const Path&, Raw& raw, const S& band, S& theta) const {
-        Range later_probes{std::numeric_limits<S>::infinity(), S(0)};
-        for (std::size_t k = 1; k <= Path::n_probes; ++k)
-            if (probe_[idx(g)][k] > S(2) * band)
-                later_probes.include(probe_[idx(g)][k]);
-        const bool may_swing = Path::slides && mode_[g / 3] == 0;
-        if (later_probes.low > S(may_swing ? 2 : 0.3) * (later_probes.high - later_probes.low))
+        Range<S> later_probes;
+        for (std::size_t k = 1; k <= Path::Times::n; ++k)
+            if (trace(g).probe[k] > S(2) * band)
+                later_probes.include(trace(g).probe[k]);
+        if (later_probes.low > S(may_swing<Path>(g) ? 2 : 0.3) * later_probes.spread())
             return false;
         S from = S(1e-3), g0 = S(0);
         while (from < theta && !((g0 = raw(from)) > S(2) * band))
@@ -622,16 +528,17 @@ private:
     /// at the end of the run, would find its root at the start.
     template <class Path> Found contact_at_end(Path& path, bool last) {
         for (const int g : active_guards()) {
-            if (order_[idx(g)] > 0 || sense_[idx(g)] == S(0))
+            const GuardTrace& w = trace(g);
+            if (w.order > 0 || w.sense == S(0))
                 continue;
-            const Range r = range<Path>(g);
+            const Range<S> r = w.template range<typename Path::Times>();
             const S size = std::max(abs_(r.low), abs_(r.high));
-            if (!(abs_(probe_[idx(g)][Path::n_probes]) <= S(1e-6) * size))
+            if (!(abs_(w.probe[Path::Times::n]) <= S(1e-6) * size))
                 continue;
             const S value = guard_value(g, S(clock_.local + path.dt), path.x1);
             const S band = g < Guard<M>::first_section ? touch_band(g, true)
                                                        : (last ? S(64) * epsilon<S> * size : S(-1));
-            if (abs_(value) <= band && start_[idx(g)] > band)
+            if (abs_(value) <= band && w.start > band)
                 return {g, S(1), false};
         }
         return {};
@@ -643,7 +550,7 @@ private:
     S minus_slope(int g, const S& t, const X& x, const X& f) const {
         const int j = g / 3;
         if (mode_[j] != 0)
-            return -sense_[idx(g)] * normal_component(sys_, j, t, x, p_, f);
+            return -trace(g).sense * normal_component(sys_, j, t, x, p_, f);
         const auto q = lift<1>(p_);
         const auto s = [&](const auto& time, const auto& y) {
             return sliding_margin(sys_, mode_, time, y, q).s;
@@ -734,10 +641,8 @@ private:
         const bool flat = degenerate(g, path, x_before);
         accept(path.x1, path.dt, path);
         for (const int q : active_guards())
-            if (q >= Guard<M>::first_section) {
-                start_[idx(q)] = guard_value(q, clock_.local, x_);
-                order_[idx(q)] = 0;
-            }
+            if (q >= Guard<M>::first_section)
+                trace(q).start_at(guard_value(q, clock_.local, x_));
         if (flat)
             stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         return stop;
@@ -858,25 +763,16 @@ private:
     }
     template <class Path> FILIPPOV_INLINE void keep_guard_values() {
         for (const int g : active_guards()) {
-            start_[idx(g)] = probe_[idx(g)][Path::n_probes];
-            order_[idx(g)] = 0;
+            trace(g).start = trace(g).probe[Path::Times::n];
+            trace(g).order = 0;
         }
     }
 
     /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first
     /// asked for.
     template <class Rhs> struct RungeKuttaPath {
-        static constexpr bool slides = Rhs::slides, equidistant = false;
-        static constexpr std::size_t n_probes = Tableau::stages - 1;
-        /// The probes in the order of their times.
-        static constexpr auto in_time = [] {
-            std::array<std::size_t, n_probes> order{};
-            std::iota(order.begin(), order.end(), std::size_t(1));
-            std::sort(order.begin(), order.end(),
-                      [](std::size_t a, std::size_t b) { return Tableau::c[a] < Tableau::c[b]; });
-            return order;
-        }();
-        static constexpr S probe_theta(std::size_t k) { return static_cast<S>(Tableau::c[k]); }
+        using Times = StageTimes<Tableau, S>;
+        static constexpr bool slides = Rhs::slides;
 
         Segment& seg;
         Rhs& rhs;
@@ -1001,23 +897,11 @@ private:
     /// the last step foresees. One-sided fields may grow wild behind their surface (a pole, a
     /// square root), and steps that plunge there are mostly rejected.
     template <class Path> FILIPPOV_INLINE S reach_after(const S& dt) const {
-        constexpr std::size_t m = Path::n_probes * 2 / 3;
-        constexpr S theta = Path::probe_theta(m);
         S nearest = std::numeric_limits<S>::infinity();
         for (int j = 0; j < M; ++j) {
-            if (mode_[j] == 0 || !watched_[idx(3 * j)])
-                continue;
-            const std::size_t i = idx(3 * j);
-            const S h0 = start_[i], hm = probe_[i][m], h1 = probe_[i][Path::n_probes];
-            // h / h1 = 1 + slope u + bend u^2, u = theta - 1
-            const S rise = (S(1) - hm / h1) / (S(1) - theta);
-            const S bend = rise - (hm - h0) / (h1 * theta);
-            const S slope = rise + bend * (S(1) - theta);
-            const S discriminant = slope * slope - S(4) * bend;
-            using std::sqrt;
-            const S denominator = sqrt(std::max(discriminant, S(0))) - slope;
-            if (discriminant >= S(0) && denominator > S(0) && h1 > S(0))
-                nearest = std::min(nearest, S(2) / denominator);
+            const GuardTrace& w = trace(Guard<M>::below(j));
+            if (mode_[j] != 0 && w.watched)
+                nearest = std::min(nearest, w.template next_zero<typename Path::Times>());
         }
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * resolution());
     }
@@ -1112,10 +996,8 @@ private:
 
     /// A window of a slide that the system knows in closed form.
     struct ClosedFormPath {
-        static constexpr bool slides = true, equidistant = true;
-        static constexpr std::size_t n_probes = 6;
-        static constexpr std::array<std::size_t, n_probes> in_time{1, 2, 3, 4, 5, 6};
-        static constexpr S probe_theta(std::size_t k) { return S(k) / S(6); }
+        using Times = WindowTimes<S>;
+        static constexpr bool slides = true;
 
         Segment& seg;
         S dt;
@@ -1151,8 +1033,8 @@ private:
             window = std::max(std::min({window, longest, settings_.max_step}), resolution());
             const bool last = window >= abs_(remaining_);
             ClosedFormPath path{*this, last ? remaining_ : S(direction_) * window, X(x_)};
-            for (std::size_t k = 1; k <= ClosedFormPath::n_probes; ++k) {
-                const S theta = ClosedFormPath::probe_theta(k);
+            for (std::size_t k = 1; k <= WindowTimes<S>::n; ++k) {
+                const S theta = WindowTimes<S>::theta(k);
                 path.x1 = path(theta);
                 probe_slide(k, S(clock_.local + theta * path.dt), path.x1);
             }
@@ -1180,11 +1062,6 @@ private:
         probe_sections(k, t, x);
     }
 
-    static constexpr std::array<bool, n_guards> filled() {
-        std::array<bool, n_guards> all{};
-        all.fill(true);
-        return all;
-    }
     static constexpr S smallest_scale =
         std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
 
@@ -1205,13 +1082,7 @@ private:
     RungeKutta<Tableau, S, N> rk_;
     StepControl<Tableau> control_;
     X scale_;
-    std::array<S, n_guards> start_{}, start_offset_{};
-    /// Values of the guards at the stages of a step, or along a window of a slide.
-    std::array<std::array<S, std::max(Tableau::stages + Tableau::extra_stages, 7)>, n_guards>
-        probe_{};
-    std::array<int, n_guards> order_{};
-    std::array<S, n_guards> sense_{}; ///< sign of a guard before its event, 0: not known yet
-    std::array<bool, n_guards> watched_ = filled();
+    std::array<GuardTrace, n_guards> traces_{};
     std::array<int, n_guards> active_{}; ///< those that this mode has and somebody watches
     int n_active_ = 0;
     Counters counters_{};

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Guards: functions that are positive until their event. Which there are, and what a step shows of
+// one.
+#pragma once
+
+#include <filippov/scalar.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+
+namespace filippov {
+
+/// The guards of a mode, numbered.
+///
+/// Surface j owns three: 3j is side * h_j off the surface and s_max + s on it; 3j+1 is s_max - s;
+/// 3j+2 is the transversality L1 - L2, oriented. User sections follow after 3M.
+template <int M> struct Guard {
+    static constexpr int below(int j) { return 3 * j; }
+    static constexpr int above(int j) { return 3 * j + 1; }
+    static constexpr int transversal(int j) { return 3 * j + 2; }
+    static constexpr int first_section = 3 * M;
+};
+
+/// Where in a step guards are probed: at the stages of a method.
+template <class Tableau, class S> struct StageTimes {
+    static constexpr bool equidistant = false;
+    static constexpr std::size_t n = Tableau::stages - 1; ///< probes are numbered 1 to n
+    static constexpr S theta(std::size_t k) { return static_cast<S>(Tableau::c[k]); }
+    /// The probes in the order of their times.
+    static constexpr auto in_time = [] {
+        std::array<std::size_t, n> order{};
+        std::iota(order.begin(), order.end(), std::size_t(1));
+        std::sort(order.begin(), order.end(),
+                  [](std::size_t a, std::size_t b) { return Tableau::c[a] < Tableau::c[b]; });
+        return order;
+    }();
+};
+
+/// Where in a window of a slide in closed form guards are probed.
+template <class S> struct WindowTimes {
+    static constexpr bool equidistant = true;
+    static constexpr std::size_t n = 6;
+    static constexpr S theta(std::size_t k) { return S(k) / S(n); }
+    static constexpr std::array<std::size_t, n> in_time{1, 2, 3, 4, 5, 6};
+};
+
+template <class S> struct Range {
+    S low = std::numeric_limits<S>::infinity(), high = -std::numeric_limits<S>::infinity();
+
+    S spread() const { return high - low; }
+    FILIPPOV_INLINE void include(const S& v) {
+        low = std::min(low, v);
+        high = std::max(high, v);
+    }
+};
+
+/// What a step shows of one guard. Values are oriented: positive before the event.
+template <class S, std::size_t Capacity> struct Trace {
+    S sense = S(0);  ///< sign of the guard before its event, 0 if not known yet
+    S start = S(0);  ///< value at the start of the step
+    int order = 0;   ///< order of a root at the start, to be divided out; 0: none
+    S offset = S(0); ///< what rounding left at that root
+    bool watched = true;
+    std::array<S, Capacity> probe{}; ///< probe[k]: value at Times::theta(k)
+
+    void start_at(const S& value, int root_order = 0) {
+        start = value;
+        order = root_order;
+        offset = S(0);
+    }
+
+    /// A value at theta without the root at the start.
+    S divided(const S& v, const S& theta) const {
+        S r = (v - offset) / theta;
+        for (int k = 1; k < order; ++k)
+            r /= theta;
+        return r;
+    }
+
+    /// The range over a step, start and probes.
+    template <class Times> FILIPPOV_INLINE Range<S> range() const {
+        Range<S> r{start, start};
+        for (std::size_t k = 1; k <= Times::n; ++k)
+            r.include(probe[k]);
+        return r;
+    }
+    /// The range over a step without the root at the start.
+    template <class Times> FILIPPOV_COLD Range<S> divided_range() const {
+        Range<S> r;
+        for (std::size_t k = 1; k <= Times::n; ++k)
+            r.include(divided(probe[k], Times::theta(k)));
+        return r;
+    }
+    /// Minimum and maximum pass over NaN; the sum does not.
+    template <class Times> FILIPPOV_INLINE S sum() const {
+        S total(0);
+        for (std::size_t k = 1; k <= Times::n; ++k)
+            total += probe[k];
+        return total;
+    }
+
+    /// True unless the probes show that the guard stays clear of zero.
+    ///
+    /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
+    /// spread of the probes at most, and 0.01 if they rise or fall all the way.
+    /// @param may_swing  nothing bounds the length of the step against the guard's swings
+    template <class Times> FILIPPOV_INLINE bool doubtful(bool may_swing) const {
+        if (sense == S(0))
+            return true;
+        const Range<S> r = order > 0 ? divided_range<Times>() : range<Times>();
+        if (may_swing && !follows_cubic<Times>(r))
+            return !(r.low > S(2) * r.spread());
+        return !(r.low > S(0.3) * r.spread()) &&
+               !(r.low > S(0.03) * r.spread() && order == 0 && turns<Times>() == 0);
+    }
+
+    /// How often the values turn from rising to falling or back.
+    template <class Times> FILIPPOV_COLD int turns() const {
+        S previous = start, last_rise(0);
+        int n = 0;
+        for (const std::size_t k : Times::in_time) {
+            const S rise = probe[k] - previous;
+            if (rise == S(0))
+                continue;
+            n += rise * last_rise < S(0);
+            last_rise = rise;
+            previous = probe[k];
+        }
+        return n;
+    }
+
+    /// True if the step shows more than one swing that could reach zero, wider than `band`.
+    template <class Times> bool swings(const S& band) const {
+        const Range<S> r = range<Times>();
+        return !(r.low > S(2) * r.spread()) && r.spread() > band && turns<Times>() > 1;
+    }
+
+    /// When the guard will be zero, in units of the step from its end, if it goes on as the
+    /// parabola through its start, a probe and its end; infinite if it will not.
+    template <class Times> FILIPPOV_INLINE S next_zero() const {
+        constexpr std::size_t m = Times::n * 2 / 3;
+        constexpr S theta = Times::theta(m);
+        const S end = probe[Times::n];
+        // value / end = 1 + slope u + bend u^2, u = theta - 1
+        const S rise = (S(1) - probe[m] / end) / (S(1) - theta);
+        const S bend = rise - (probe[m] - start) / (end * theta);
+        const S slope = rise + bend * (S(1) - theta);
+        const S discriminant = slope * slope - S(4) * bend;
+        using std::sqrt;
+        const S denominator = sqrt(std::max(discriminant, S(0))) - slope;
+        return discriminant >= S(0) && denominator > S(0) && end > S(0)
+                   ? S(2) / denominator
+                   : std::numeric_limits<S>::infinity();
+    }
+
+private:
+    /// True if equidistant probes follow a cubic: their fourth differences, 0.08 of the amplitude
+    /// for half a swing and up to 16 of it for many, are small.
+    template <class Times> bool follows_cubic(const Range<S>& r) const {
+        if constexpr (!Times::equidistant)
+            return false;
+        S largest(0);
+        for (std::size_t k = 1; k + 4 <= Times::n; ++k) {
+            const S difference = probe[k] - S(4) * probe[k + 1] + S(6) * probe[k + 2] -
+                                 S(4) * probe[k + 3] + probe[k + 4];
+            largest = std::max({largest, difference, -difference});
+        }
+        return order == 0 && largest < S(0.25) * r.spread();
+    }
+};
+
+} // namespace filippov
