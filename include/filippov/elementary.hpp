@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace filippov {
+namespace filippov::elementary {
 
 namespace detail {
 
@@ -77,4 +77,4 @@ inline float sin(float x) { return std::sin(x); }
 inline long double cos(long double x) { return std::cos(x); }
 inline long double sin(long double x) { return std::sin(x); }
 
-} // namespace filippov
+} // namespace filippov::elementary

@@ -16,7 +16,7 @@ struct VaryingBelt {
     static constexpr std::array<double, 4> defaults{0.4, 0.7, 0.4, 0.7};
 
     template <Scalar S> static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 4>& p) {
-        using std::cos;
+        using elementary::cos;
         return cos(p[1] * t) - x[0] - p[0] * x[1];
     }
     template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 4>& p) const {
@@ -26,7 +26,7 @@ struct VaryingBelt {
         return {x[1], pull(t, x, p) - p[2]};
     }
     template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 4>& p) const {
-        using std::cos;
+        using elementary::cos;
         return x[1] - cos(t) - p[3];
     }
 };

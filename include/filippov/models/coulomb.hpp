@@ -18,7 +18,7 @@ struct Coulomb {
     static constexpr std::array<double, 3> defaults{0.4, 0.0, 0.5};
 
     template <Scalar S> static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) {
-        using std::sin;
+        using elementary::sin;
         return p[1] * sin(p[2] * t) - x[0];
     }
     template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
@@ -47,6 +47,7 @@ struct Stiction {
     static constexpr std::array<double, 6> defaults{0.5, 2.94, 1, 10, 0.3, 0.4};
 
     template <Scalar S> static S pull(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) {
+        using elementary::cos;
         return p[0] * cos(p[1] * t) - x[0];
     }
     template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 6>& p) const {

@@ -28,6 +28,7 @@ struct Oscillator {
 
     /// A cos(omega t) - k y
     template <Scalar S> static S pull(const S& t, const X<S>& x, const P<S>& p) {
+        using elementary::cos;
         return p[0] * cos(p[1] * t) - p[3] * x[0];
     }
     /// g mu(r) of (4.5), r >= 0: the part without a pole.
