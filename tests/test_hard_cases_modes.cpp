@@ -434,6 +434,40 @@ TEMPLATE_TEST_CASE("H16: a normal component of rounding size at contact is decid
         }
 }
 
+TEMPLATE_TEST_CASE("H16: a first step of any size changes no event", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const double tol = GENERATE(1e-3, 1e-9, 1e-12);
+    for (double first = 1e-14; first < 1; first *= 3) { // below, x does not move
+        auto settings = bounded<2>(tol);
+        settings.first_step = first;
+        CAPTURE(tol, first);
+        const auto word_of = [&](const Plane& sys) {
+            const auto r = go<TestType>(sys, V2(-1, 0), 0, 2, settings);
+            REQUIRE(r.result.status == Status::ok);
+            return word(r);
+        };
+        REQUIRE(word_of(strip(up, up)) == "");
+        REQUIRE(word_of(strip(down, down)) == "");
+        REQUIRE(word_of(strip([](const auto& x) { return -1 - x; }, down)) == "");
+        REQUIRE(word_of(strip(minus_x, down)) == "exit_sliding");
+    }
+    // starts on the surface, sliding and slipping
+    const models::Oscillator sys;
+    const auto p = default_params<models::Oscillator>();
+    for (double y = -6; y <= 6; y += 0.37) {
+        const auto word_of = [&](double first) {
+            auto settings = bounded<2>(1e-9);
+            settings.first_step = first;
+            return word(run<TestType>(sys, p, V2(y, 1), 0, 20, settings));
+        };
+        const std::string expected = word_of(0);
+        for (const double first : {1e-15, 1e-12, 1e-9, 1e-6, 1e-3}) {
+            CAPTURE(y, first);
+            REQUIRE(word_of(first) == expected);
+        }
+    }
+}
+
 // --- short visits --------------------------------------------------------------------------------
 
 TEMPLATE_TEST_CASE("H32: a slide is kept if its ends differ, else it is a crossing", "[hard]",

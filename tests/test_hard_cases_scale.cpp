@@ -184,7 +184,7 @@ TEMPLATE_TEST_CASE("H34: float and long double find the same events, down to the
                    "[hard]", DormandPrince5, DormandPrince8) {
     other_scalar<TestType, float>(1e-4f, 1e-2, false);
     other_scalar<TestType, float>(1e-6f, 1e-4, false);
-    for (const float tol : {1e-7f, 1e-8f})
+    for (const float tol : {1e-7f, 1e-8f, 1e-9f, 1e-10f})
         other_scalar<TestType, float>(tol, 0, true);
     other_scalar<TestType, long double>(1e-13L, 1e-10, false);
     other_scalar<TestType, long double>(1e-16L, 1e-10, false);

@@ -263,7 +263,7 @@ private:
         n_same_ = same ? n_same_ + 1 : 0;
         last_clock_ = now;
         return n_same_ > 16 + sections_.size()
-                   ? segment_.fail(Status::ambiguous, "events repeat without progress of time")
+                   ? segment_.fail(Status::step_too_small, "events repeat without progress of time")
                    : Status::ok;
     }
 

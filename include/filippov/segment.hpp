@@ -76,8 +76,8 @@ public:
     const Counters& counters() const { return counters_; }
     Counters& counters() { return counters_; }
     const Diagnosis<S, N, M>& diagnosis() const { return diagnosis_; }
-    /// Size of a step here: the time over which the solution changes.
-    S time_scale() const { return dt_; }
+    /// A time over which the solution changes: the step size, unless settings make it tiny.
+    S time_scale() const { return std::max(abs_(dt_), natural_step_); }
     const X& scale() const { return scale_; }
 
     void set_state(const X& x) {
@@ -159,43 +159,17 @@ public:
         return raw_guard(Guard<M>::first_section + q, clock_.local, x_);
     }
 
-    /// First step size: Hairer, Norsett, Wanner I, II.4, with the field of the current mode.
     void choose_first_step() {
-        using std::abs;
-        using std::pow;
-        using std::sqrt;
-        S span = abs(clock_.until(end_));
+        S span = abs_(clock_.until(end_));
         if (span == S(0))
             span = S(1); // nothing to integrate, but a contact wants a time scale
-        if (settings_.fixed_step > S(0)) {
-            dt_ = S(direction_) * settings_.fixed_step;
-            return;
-        }
-        if (settings_.first_step > S(0)) {
-            dt_ = S(direction_) * std::min(settings_.first_step, span);
-            return;
-        }
-        const X f0 = mode_field(clock_.local, x_);
-        const S d0 = norm(x_), d1 = norm(f0);
-        S h0 = d0 < S(1e-5) || d1 < S(1e-5) ? S(1e-6) * span : S(0.01) * d0 / d1;
-        h0 = std::min({h0, span, settings_.max_step});
-        S d2(0);
-        for (int k = 0; k < 8; ++k) { // an Euler step may leave the domain of the field
-            const X y = x_ + S(direction_) * h0 * f0;
-            const X f1 = mode_field(S(clock_.local + S(direction_) * h0), y);
-            d2 = norm(X(f1 - f0)) / h0;
-            if (d2 < std::numeric_limits<S>::infinity())
-                break;
-            h0 /= S(10);
-        }
-        const S largest = std::max(d1, d2);
-        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
-                                         : pow(S(0.01) / largest, S(1) / S(Tableau::order));
-        const S h = std::min({S(100) * h0, h1, span, settings_.max_step});
-        // With no absolute tolerance at x = 0 nothing is small: the error test will find the size.
-        const S first = h > S(0) ? h : S(1e-6) * span;
-        dt_ = S(direction_) *
-              std::max(first, resolution()); // also where the span is shorter, or zero
+        natural_step_ = std::max(estimate_first_step(span), resolution());
+        S first = std::min({natural_step_, span, settings_.max_step});
+        if (settings_.first_step > S(0))
+            first = std::min(settings_.first_step, span);
+        if (settings_.fixed_step > S(0))
+            first = settings_.fixed_step;
+        dt_ = S(direction_) * std::max(first, resolution());
     }
 
     /// Follows the mode to the next stop.
@@ -293,6 +267,29 @@ private:
             return slide.f;
         }
     };
+
+    /// First step size by the field of the current mode: Hairer, Norsett, Wanner I, II.4.
+    S estimate_first_step(const S& span) const {
+        using std::pow;
+        const X f0 = mode_field(clock_.local, x_);
+        const S d0 = norm(x_), d1 = norm(f0);
+        S h0 = d0 < S(1e-5) || d1 < S(1e-5) ? S(1e-6) * span : S(0.01) * d0 / d1;
+        S d2(0);
+        for (int k = 0; k < 8; ++k) { // an Euler step may leave the domain of the field
+            const X y = x_ + S(direction_) * h0 * f0;
+            const X f1 = mode_field(S(clock_.local + S(direction_) * h0), y);
+            d2 = norm(X(f1 - f0)) / h0;
+            if (d2 < std::numeric_limits<S>::infinity())
+                break;
+            h0 /= S(10);
+        }
+        const S largest = std::max(d1, d2);
+        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
+                                         : pow(S(0.01) / largest, S(1) / S(Tableau::order));
+        const S h = std::min(S(100) * h0, h1);
+        // With no absolute tolerance at x = 0 nothing is small: the error test will find the size.
+        return h > S(0) ? h : S(1e-6) * span;
+    }
 
     X mode_field(const S& t, const X& x) const {
         if (sliding_surface(mode_) >= 0)
@@ -434,12 +431,36 @@ private:
         return false;
     }
 
+    /// True of a guard that starts on a root and has not left it by more than rounding in a step:
+    /// that step is too short to tell.
+    template <class Path> bool says_nothing(int g) const {
+        if (g >= Guard<M>::first_section || trace(g).order == 0 || trace(g).sense == S(0))
+            return false;
+        const Range<S> r = trace(g).template range<typename Path::Times>();
+        const S band = touch_band(g, true);
+        return r.high <= band && r.low >= -band;
+    }
+
+    /// How near to a root at the start of a step nothing can be told from its quotient.
+    template <class Path> S root_sliver(int g) const {
+        using std::pow;
+        using std::sqrt;
+        const Range<S> r = trace(g).template range<typename Path::Times>();
+        const S lost = S(4) * touch_band(g, true) / std::max(r.high, -r.low);
+        const int order = trace(g).order;
+        const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+        const S sliver = pow(lost, S(1) / S(order));
+        return sliver > least ? std::min(sliver, S(0.5)) : least;
+    }
+
     /// The earliest event of a step among the guards in doubt.
     template <class Path> FILIPPOV_COLD Found first_event(Path& path) {
         Found found;
         ++counters_.root_searches;
         for (const int g : active_guards()) {
             if (settings_.skip_root_search && !doubtful<Path>(g))
+                continue;
+            if (says_nothing<Path>(g))
                 continue;
             GuardTrace& w = trace(g);
             const auto raw = [&](const S& theta) {
@@ -463,10 +484,7 @@ private:
             // a double root, error of the interpolant): its value there is the one at the sliver's
             // end.
             const int order = w.order;
-            using std::sqrt;
-            const S sliver = order == 0   ? S(0)
-                             : order == 1 ? S(1e-9)
-                                          : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+            const S sliver = order == 0 ? S(0) : root_sliver<Path>(g);
             const auto value = [&](const S& theta) {
                 if (order == 0)
                     return raw(theta);
@@ -763,6 +781,8 @@ private:
     }
     template <class Path> FILIPPOV_INLINE void keep_guard_values() {
         for (const int g : active_guards()) {
+            if (trace(g).order > 0 && says_nothing<Path>(g)) [[unlikely]]
+                continue; // still on its root
             trace(g).start = trace(g).probe[Path::Times::n];
             trace(g).order = 0;
         }
@@ -900,7 +920,7 @@ private:
         S nearest = std::numeric_limits<S>::infinity();
         for (int j = 0; j < M; ++j) {
             const GuardTrace& w = trace(Guard<M>::below(j));
-            if (mode_[j] != 0 && w.watched)
+            if (mode_[j] != 0 && w.watched && w.order == 0)
                 nearest = std::min(nearest, w.template next_zero<typename Path::Times>());
         }
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * resolution());
@@ -1075,6 +1095,7 @@ private:
     Mode<M> mode_{};
     int direction_ = 1;
     S dt_ = S(0);
+    S natural_step_ = S(0); ///< what the first step would be if no setting said otherwise
     S reach_ = std::numeric_limits<S>::infinity(); ///< where the next step should end at the latest
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
