@@ -40,8 +40,9 @@ public:
 private:
     // A factor needs two digits, and the next step waits for it: the bits of a floating-point
     // number are its logarithm, linear between powers of two. That makes the factor 0 to 6 % too
-    // large; hence not the usual 0.9.
-    static constexpr double safety = 0.87;
+    // large. Beside the usual 0.9, 0.8 saves a tenth of the work of the 8th-order pair at equal
+    // error: fewer steps are rejected where a contact is near.
+    static constexpr double safety = 0.8;
     static constexpr double octave = 0x1p52;     ///< bits from 1 to 2
     static constexpr double one = 1023 * octave; ///< bits of 1
 

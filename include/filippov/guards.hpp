@@ -122,6 +122,8 @@ template <class S, std::size_t Capacity> struct Trace {
         S previous = start, last_rise(0);
         int n = 0;
         for (const std::size_t k : Times::in_time) {
+            if (k != Times::n && Times::theta(k) == S(1))
+                continue; // an earlier, cruder stage at the end
             const S rise = probe[k] - previous;
             if (rise == S(0))
                 continue;

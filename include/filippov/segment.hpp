@@ -522,12 +522,9 @@ private:
     /// left the band and before theta.
     template <class Path, class Raw>
     bool touch_after_leaving(int g, const Path&, Raw& raw, const S& band, S& theta) const {
-        Range<S> later_probes;
-        for (std::size_t k = 1; k <= Path::Times::n; ++k)
-            if (trace(g).probe[k] > S(2) * band)
-                later_probes.include(trace(g).probe[k]);
-        if (later_probes.low > S(may_swing<Path>(g) ? 2 : 0.3) * later_probes.spread())
-            return false;
+        using Times = typename Path::Times;
+        if (!may_swing<Path>(g) && trace(g).template turns<Times>() == 0)
+            return false; // it leaves, and that is all
         S from = S(1e-3), g0 = S(0);
         while (from < theta && !((g0 = raw(from)) > S(2) * band))
             from *= S(2);
