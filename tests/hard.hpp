@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -50,6 +51,12 @@ public:
 
 using Line = AnySystem<1>;
 using Plane = AnySystem<2>;
+using V1 = filippov::Vec<double, 1>;
+using V2 = filippov::Vec<double, 2>;
+
+constexpr double pi = std::numbers::pi;
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double inf = std::numeric_limits<double>::infinity();
 
 /// The value of these components, as the same kind of vector as x.
 template <class X, class... C> X like(const X&, const C&... component) {

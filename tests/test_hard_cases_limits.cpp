@@ -9,21 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 using namespace filippov;
 using enum EventKind;
 
-namespace {
-
-using V1 = Vec<double, 1>;
-using V2 = Vec<double, 2>;
-
-constexpr double pi = std::numbers::pi;
-constexpr double eps = std::numeric_limits<double>::epsilon();
-constexpr double inf = std::numeric_limits<double>::infinity();
-
-} // namespace
+namespace {} // namespace
 
 // --- H27 -----------------------------------------------------------------------------------------
 

@@ -9,20 +9,13 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 using namespace filippov;
 using enum EventKind;
 
 namespace {
 
-using V1 = Vec<double, 1>;
-using V2 = Vec<double, 2>;
-
-constexpr double pi = std::numbers::pi;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double inf = std::numeric_limits<double>::infinity();
 
 const auto turn = [](const auto&, const auto& x) { return like(x, x[1], -x[0]); };
 const auto right = [](const auto&, const auto& x) { return like(x, 1, 0); };

@@ -11,18 +11,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 using namespace filippov;
 using enum EventKind;
 
 namespace {
-
-using V1 = Vec<double, 1>;
-using V2 = Vec<double, 2>;
-
-constexpr double pi = std::numbers::pi;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 
 const auto y_is_h = [](const auto&, const auto& x) { return x[1]; };
 

@@ -13,8 +13,6 @@ using enum EventKind;
 
 namespace {
 
-using V2 = Vec<double, 2>;
-
 /// A model with h multiplied by c (1 + x0^2/4): the same surface, a gradient of any length.
 template <class Base> struct ScaledSwitch {
     static constexpr int dim = Base::dim;
