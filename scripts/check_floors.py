@@ -26,7 +26,17 @@ FLOORS: list[list[str]] = [
     # 3: integration
     ["runge_kutta", "dormand_prince5", "dormand_prince8", "control", "roots"],
     # 4: trajectories
-    ["clock", "event", "guards", "settings", "observers", "segment", "flow", "trajectory"],
+    [
+        "clock",
+        "event",
+        "guards",
+        "landing",
+        "settings",
+        "observers",
+        "segment",
+        "flow",
+        "trajectory",
+    ],
     # 5: maps and orbits
     [],
     # 6: cells and basins

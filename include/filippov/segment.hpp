@@ -6,6 +6,7 @@
 #include <filippov/control.hpp>
 #include <filippov/event.hpp>
 #include <filippov/guards.hpp>
+#include <filippov/landing.hpp>
 #include <filippov/observers.hpp>
 #include <filippov/roots.hpp>
 #include <filippov/runge_kutta.hpp>
@@ -573,86 +574,35 @@ private:
         return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
     }
 
-    /// Shortens the step so that it ends on the event: Newton on the length of the step itself, so
-    /// that the state there has the order of the method, not of the interpolant.
+    /// Shortens the step so that it ends on the event.
     template <class Path> FILIPPOV_COLD Stop land(Path& path, const Found& found) {
         const int g = found.guard;
         const X x_before = x_;
         const S full = path.dt;
-        S d = found.theta * full;
         const S forward = S(direction_);
         const auto residual = [&] {
             const S t = clock_.local + path.dt;
             return found.touch ? forward * minus_slope(g, t, path.x1, path.end_field())
                                : guard_value(g, t, path.x1);
         };
-        S slope = landing_slope(path, found);
-        S near = S(0), far = full; // residual > 0 at near, <= 0 at far, once seen
-        bool seen_near = false, seen_far = false;
-        S previous_d = d, previous_r(0);
-        bool jumped = false;
-        for (int k = 0; k < 100; ++k) {
-            path.shorten(d);
-            ++counters_.landings;
-            const S r = residual();
-            if (r == S(0))
-                break;
-            if (r > S(0)) {
-                near = d;
-                seen_near = true;
-            } else {
-                far = d;
-                seen_far = true;
-            }
-            if (k > 0 && d != previous_d && abs_(d - previous_d) > S(1e-12) * abs_(full)) {
-                const S secant = (r - previous_r) / (d - previous_d);
-                if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity())
-                    slope = secant;
-            }
-            previous_d = d;
-            previous_r = r;
-            const S delta = -r / slope;
-            if (abs_(delta) <= ulp(clock_.local + d) && landed(path, g, found.touch))
-                break;
-            const S next = d + delta;
-            const bool inside = forward * next >= S(0) &&
-                                forward * (full * S(1.01) - next) >= S(0) &&
-                                !(seen_near && !(forward * (next - near) > S(0))) &&
-                                !(seen_far && !(forward * (far - next) > S(0)));
-            if (inside && path.nudge_error(delta) <= nudge_tolerance()) {
-                if (polish(path, residual, slope, delta) && landed(path, g, found.touch))
-                    break;
-                path.shorten(d);
-            }
-            if (seen_near && seen_far && abs_(far - near) <= S(2) * ulp(clock_.local + d)) {
-                // h jumps here, or is too flat to tell: stop just beyond
-                path.shorten(far);
-                jumped = !found.touch && !landed(path, g, false);
-                break;
-            }
-            if (inside && !(k > 6 && k % 2 == 1))
-                d = next;
-            else if (seen_near && seen_far)
-                d = near + (far - near) / S(2);
-            else if (seen_near)
-                d = d + (full - d) / S(2);
-            else
-                d = d / S(2);
-        }
+        const auto on_target = [&] { return landed(path, g, found.touch); };
+        const S slope = landing_slope(path, found);
+        const Landed landing = Landing(path, clock_.local, nudge_tolerance(), residual, on_target)
+                                   .run(found.theta * full, slope);
+        counters_.landings += landing.trials;
         // An event at the end of the run is not after it.
         if (forward * (path.dt - remaining_) > S(0))
             path.shorten(remaining_);
         Stop stop;
-        if (!seen_far &&
-            !landed(path, g, found.touch)) { // the interpolant saw a root that no step has
+        if (!landing.seen_beyond && !on_target()) { // the interpolant saw a root that no step has
             path.shorten(full);
             stop.missed = true;
             return stop;
         }
         stop.guard = g;
         stop.touch = found.touch;
-        stop.jumped = jumped;
-        settle_on_surface(path, g, found.touch || jumped);
+        stop.jumped = landing.jumped;
+        settle_on_surface(path, g, found.touch || landing.jumped);
         const bool flat = degenerate(g, path, x_before);
         accept(path.x1, path.dt, path);
         for (const int q : active_guards())
@@ -661,23 +611,6 @@ private:
         if (flat)
             stop.status = fail(Status::degenerate_surface, "grad h", g / 3);
         return stop;
-    }
-
-    /// Newton by Taylor steps from the end of a path, where they are exact enough; the slope stays.
-    /// False if the residual does not follow it (a kink or a jump of h).
-    template <class Path, class Residual>
-    bool polish(Path& path, Residual&& residual, const S& slope, S delta) const {
-        const S noise = S(1e4) * epsilon<S> * abs_(path.dt);
-        for (int k = 0; k < 12; ++k) {
-            path.nudge(delta);
-            const S next = -residual() / slope;
-            if (abs_(next) <= ulp(clock_.local + path.dt))
-                return true;
-            if (!(abs_(next) < S(0.5) * abs_(delta)))
-                return abs_(next) <= noise;
-            delta = next;
-        }
-        return abs_(delta) <= noise;
     }
 
     template <class Path> S landing_slope(Path& path, const Found& found) {

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Shortens a step until it ends on an event.
+#pragma once
+
+#include <filippov/scalar.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace filippov {
+
+/// How a landing ended.
+struct Landed {
+    bool seen_beyond = false; ///< a trial lay beyond the event: there is one
+    bool jumped = false;      ///< the residual changes sign without being zero
+    int trials = 0;           ///< steps taken again
+};
+
+/// Newton on the length of the step itself, so that the state at the event has the order of the
+/// method, not of the interpolant; within a bracket once there is one. The last corrections are
+/// Taylor steps from the end of the path, where these are exact enough.
+///
+/// A path has `dt`, `shorten(d)` (takes the step again), `nudge(delta)` (moves its end) and
+/// `nudge_error(delta)`, in units of the tolerance.
+/// @param t          where the step starts
+/// @param d, slope   first guess of its length, and of the derivative of the residual there
+/// @param nudge_tolerance  what may be left to a Taylor step
+/// @param residual   of the path's end; positive before the event
+/// @param on_target  true if the end is there but for the tolerance and the resolution of time
+template <class Path, class S, class Residual, class OnTarget> class Landing {
+public:
+    Landing(Path& path, const S& t, const S& nudge_tolerance, Residual residual, OnTarget on_target)
+        : path_(path), t_(t), full_(path.dt), nudge_tolerance_(nudge_tolerance),
+          residual_(residual), on_target_(on_target) {}
+
+    Landed run(S d, S slope) {
+        Landed result;
+        const S forward = full_ < S(0) ? S(-1) : S(1);
+        bool seen_before = false;
+        S before = S(0), beyond = full_, previous_d = d, previous_r = S(0);
+        for (int k = 0; k < 100; ++k) {
+            path_.shorten(d);
+            ++result.trials;
+            const S r = residual_();
+            if (r == S(0))
+                break;
+            if (r > S(0)) {
+                before = d;
+                seen_before = true;
+            } else {
+                beyond = d;
+                result.seen_beyond = true;
+            }
+            const bool bracketed = seen_before && result.seen_beyond;
+            if (k > 0 && abs_(d - previous_d) > S(1e-12) * abs_(full_)) {
+                const S secant = (r - previous_r) / (d - previous_d);
+                if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity())
+                    slope = secant;
+            }
+            previous_d = d;
+            previous_r = r;
+            const S delta = -r / slope, next = d + delta;
+            if (abs_(delta) <= ulp(t_ + d) && on_target_())
+                break;
+            const bool inside = forward * next >= S(0) &&
+                                forward * (full_ * S(1.01) - next) >= S(0) &&
+                                !(seen_before && !(forward * (next - before) > S(0))) &&
+                                !(result.seen_beyond && !(forward * (beyond - next) > S(0)));
+            if (inside && path_.nudge_error(delta) <= nudge_tolerance_) {
+                if (polish(slope, delta) && on_target_())
+                    break;
+                path_.shorten(d);
+            }
+            if (bracketed && abs_(beyond - before) <= S(2) * ulp(t_ + d)) {
+                // the residual jumps here, or is too flat to tell: stop just beyond
+                path_.shorten(beyond);
+                result.jumped = !on_target_();
+                break;
+            }
+            if (inside && !(k > 6 && k % 2 == 1))
+                d = next;
+            else if (bracketed)
+                d = before + (beyond - before) / S(2);
+            else if (seen_before)
+                d = d + (full_ - d) / S(2);
+            else
+                d = d / S(2);
+        }
+        return result;
+    }
+
+private:
+    static S abs_(const S& v) {
+        using std::abs;
+        return abs(v);
+    }
+
+    /// Newton by Taylor steps; the slope stays. False if the residual does not follow it (a kink or
+    /// a jump).
+    bool polish(const S& slope, S delta) {
+        const S noise = S(1e4) * epsilon<S> * abs_(path_.dt);
+        for (int k = 0; k < 12; ++k) {
+            path_.nudge(delta);
+            const S next = -residual_() / slope;
+            if (abs_(next) <= ulp(t_ + path_.dt))
+                return true;
+            if (!(abs_(next) < S(0.5) * abs_(delta)))
+                return abs_(next) <= noise;
+            delta = next;
+        }
+        return abs_(delta) <= noise;
+    }
+
+    Path& path_;
+    const S t_, full_, nudge_tolerance_;
+    Residual residual_;
+    OnTarget on_target_;
+};
+
+} // namespace filippov
