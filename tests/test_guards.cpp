@@ -70,6 +70,19 @@ TEMPLATE_TEST_CASE("guards: a parabola that dips to zero is never overlooked", "
     CHECK(unknown.template doubtful<TestType>(false));
 }
 
+TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guards]") {
+    const auto falls = [](auto f) { return track<Sixths>(f).template falls_through<Sixths>(); };
+    CHECK(falls([](double u) { return 0.4 - u; }) == 3);
+    CHECK(falls([](double u) { return 1 - std::exp(u) / 2; }) == 5);
+    CHECK(falls([](double u) { return 0.1 + u * (0.8 - u) * 3; }) == 6);      // rises, then falls
+    CHECK(falls([](double u) { return 1 - u / 2; }) == 0);                    // not in this step
+    CHECK(falls([](double u) { return (u - 0.3) * (u - 0.3) - 0.01; }) == 2); // at 0.2
+    CHECK(falls([](double u) { return 0.5 + std::cos(20 * u); }) == 0);       // not resolved
+    auto root = track<Sixths>([](double u) { return u * (0.5 - u); });
+    root.order = 1;
+    CHECK(root.falls_through<Sixths>() == 0);
+}
+
 TEMPLATE_TEST_CASE("guards: swings count where they could reach zero", "[guards]",
                    Stages<DormandPrince5>, Stages<DormandPrince8>) {
     const auto wave = [](double mean) {

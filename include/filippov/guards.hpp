@@ -140,6 +140,25 @@ template <class S, std::size_t Capacity> struct Trace {
         return !(r.low > S(2) * r.spread()) && r.spread() > band && turns<Times>() > 1;
     }
 
+    /// The first probe that is not positive, if those up to it plainly fall through zero (having
+    /// risen before, perhaps): then the root lies between it and the one before. 0 if that is not
+    /// so plain, or the probes are stages, whose values are not those of the solution.
+    template <class Times> std::size_t falls_through() const {
+        if (order > 0 || !follows_cubic<Times>(range<Times>()))
+            return 0;
+        S previous = start;
+        bool falls = false;
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            if (falls && !(probe[k] < previous))
+                return 0;
+            if (!(probe[k] > S(0)))
+                return k;
+            falls = probe[k] < previous;
+            previous = probe[k];
+        }
+        return 0;
+    }
+
     /// When the guard will be zero, in units of the step from its end, if it goes on as the
     /// parabola through its start, a probe and its end; infinite if it will not.
     template <class Times> FILIPPOV_INLINE S next_zero() const {

@@ -481,6 +481,15 @@ private:
                 w.sense = S(0);
                 continue;
             }
+            if (const std::size_t k = w.template falls_through<typename Path::Times>()) {
+                using Times = typename Path::Times;
+                const S theta =
+                    bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
+                                      Times::theta(k), w.probe[k]);
+                if (theta < found.theta)
+                    found = {g, theta, false};
+                continue;
+            }
             // The root at the start is divided out. Within the sliver the quotient is rounding (for
             // a double root, error of the interpolant): its value there is the one at the sliver's
             // end.
