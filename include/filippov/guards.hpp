@@ -87,11 +87,13 @@ template <class S, std::size_t Capacity> struct Trace {
             r.include(probe[k]);
         return r;
     }
-    /// The range over a step without the root at the start.
+    /// The range over a step without the root at the start. The first stages of a method are too
+    /// crude to tell more than a slope: a double root is judged by the later ones.
     template <class Times> FILIPPOV_COLD Range<S> divided_range() const {
         Range<S> r;
         for (std::size_t k = 1; k <= Times::n; ++k)
-            r.include(divided(probe[k], Times::theta(k)));
+            if (order == 1 || Times::theta(k) >= S(0.25))
+                r.include(divided(probe[k], Times::theta(k)));
         return r;
     }
     /// Minimum and maximum pass over NaN; the sum does not.
