@@ -350,6 +350,7 @@ private:
                 probe(g, k, raw_guard(g, t, x));
             }
     }
+
     /// True unless the probes show that guard g stays clear of zero.
     template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
         using Times = typename Path::Times;
@@ -358,6 +359,12 @@ private:
         if (!off_surface && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
             return true;
         return trace(g).template doubtful<Times>(may_swing<Path>(g));
+    }
+    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
+        for (const int g : active_guards())
+            if (doubtful<Path>(g))
+                return true;
+        return false;
     }
     /// A slide's field can be constant, and then no error estimate keeps a step from spanning many
     /// swings of s.
@@ -425,12 +432,6 @@ private:
                 return true;
         return false;
     }
-    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
-        for (const int g : active_guards())
-            if (doubtful<Path>(g))
-                return true;
-        return false;
-    }
 
     /// True of a guard that starts on a root and has not left it by more than rounding in a step:
     /// that step is too short to tell.
@@ -456,82 +457,85 @@ private:
 
     /// The earliest event of a step among the guards in doubt.
     template <class Path> FILIPPOV_COLD Found first_event(Path& path) {
-        Found found;
+        Found first;
         ++counters_.root_searches;
         for (const int g : active_guards()) {
-            if (settings_.skip_root_search && !doubtful<Path>(g))
+            if ((settings_.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
                 continue;
-            if (says_nothing<Path>(g))
-                continue;
-            GuardTrace& w = trace(g);
             const auto raw = [&](const S& theta) {
                 return guard_value(g, S(clock_.local + theta * path.dt), path(theta));
             };
-            if (w.sense == S(0)) { // starts exactly on zero: its side is where the step goes
-                w.sense = S(1);
-                const S early = raw(S(1e-3)), late = raw(S(1));
-                if (early < S(0) || (early == S(0) && late < S(0)))
-                    w.sense = S(-1);
-                w.probe[Path::Times::n] = guard_value(g, S(clock_.local + path.dt), path.x1);
-            }
+            if (trace(g).sense == S(0))
+                find_sense(g, path, raw);
             // A function that stays zero (a section given as max(0, ...)) is not crossed again and
             // again.
-            if (g >= Guard<M>::first_section && !(w.start > S(0) && w.order == 0) &&
-                raw(S(0.5)) == S(0) && raw(S(1)) == S(0)) {
-                w.sense = S(0);
+            const bool from_zero = !(trace(g).start > S(0) && trace(g).order == 0);
+            if (g >= Guard<M>::first_section && from_zero && raw(S(0.5)) == S(0) &&
+                raw(S(1)) == S(0)) {
+                trace(g).sense = S(0);
                 continue;
             }
-            if (const std::size_t k = w.template falls_through<typename Path::Times>()) {
-                using Times = typename Path::Times;
-                const S theta =
-                    bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
-                                      Times::theta(k), w.probe[k]);
-                if (theta < found.theta)
-                    found = {g, theta, false};
-                continue;
-            }
-            // The root at the start is divided out. Within the sliver the quotient is rounding (for
-            // a double root, error of the interpolant): its value there is the one at the sliver's
-            // end.
-            const int order = w.order;
-            const S sliver = order == 0 ? S(0) : root_sliver<Path>(g);
-            const auto value = [&](const S& theta) {
-                if (order == 0)
-                    return raw(theta);
-                const S u = std::max(theta, sliver);
-                const S v = w.divided(raw(u), u);
-                return theta < sliver ? abs_(v) : v;
-            };
-            S g0 = order == 0 ? w.start : value(S(0));
-            if (!(g0 > S(0)))
-                g0 = std::numeric_limits<S>::min();
-            S theta(2);
-            // A touch comes down to zero from outside its band: what still leaves it does not
-            // touch, and is searched from where it has left.
-            const S band = touch_band(g, false);
-            const bool outside = order == 0 && w.start > band;
-            Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
-            if (!outside && band > S(0)) {
-                const S to = contact == Contact::none ? S(1) : theta;
-                S touch = to;
-                if (touch_after_leaving(g, path, raw, band, touch)) {
-                    contact = Contact::touch;
-                    theta = touch;
-                }
-            }
-            if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
-                !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
-                contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
-            if (contact != Contact::none && theta < found.theta)
-                found = {g, theta, contact == Contact::touch};
+            if (const Found found = event_of(g, path, raw); found.theta < first.theta)
+                first = found;
         }
-        return found;
+        return first;
+    }
+
+    /// The side of a guard that starts exactly on zero: where the step goes.
+    template <class Path, class Raw> void find_sense(int g, const Path& path, const Raw& raw) {
+        trace(g).sense = S(1);
+        const S early = raw(S(1e-3)), late = raw(S(1));
+        if (early < S(0) || (early == S(0) && late < S(0)))
+            trace(g).sense = S(-1);
+        trace(g).probe[Path::Times::n] = guard_value(g, S(clock_.local + path.dt), path.x1);
+    }
+
+    /// The first root or touch of guard g, `raw` along the path.
+    template <class Path, class Raw> Found event_of(int g, Path& path, const Raw& raw) const {
+        using Times = typename Path::Times;
+        const GuardTrace& w = trace(g);
+        if (const std::size_t k = w.template falls_through<Times>())
+            return {g,
+                    bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
+                                      Times::theta(k), w.probe[k]),
+                    false};
+        // The root at the start is divided out. Within the sliver the quotient is rounding (for a
+        // double root, error of the interpolant): its value there is the one at the sliver's end.
+        const int order = w.order;
+        const S sliver = order == 0 ? S(0) : root_sliver<Path>(g);
+        const auto value = [&](const S& theta) {
+            if (order == 0)
+                return raw(theta);
+            const S u = std::max(theta, sliver);
+            const S v = w.divided(raw(u), u);
+            return theta < sliver ? abs_(v) : v;
+        };
+        S g0 = order == 0 ? w.start : value(S(0));
+        if (!(g0 > S(0)))
+            g0 = std::numeric_limits<S>::min();
+        S theta(2);
+        // A touch comes down to zero from outside its band: what still leaves it does not touch,
+        // and is searched from where it has left.
+        const S band = touch_band(g, false);
+        const bool outside = order == 0 && w.start > band;
+        Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
+        if (!outside && band > S(0)) {
+            S touch = contact == Contact::none ? S(1) : theta;
+            if (touch_after_leaving<Path>(g, raw, band, touch)) {
+                contact = Contact::touch;
+                theta = touch;
+            }
+        }
+        if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
+            !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
+            contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
+        return contact == Contact::none ? Found{} : Found{g, theta, contact == Contact::touch};
     }
 
     /// The first touch of a guard that starts within its touch band, or on a root, after it has
     /// left the band and before theta.
     template <class Path, class Raw>
-    bool touch_after_leaving(int g, const Path&, Raw& raw, const S& band, S& theta) const {
+    bool touch_after_leaving(int g, const Raw& raw, const S& band, S& theta) const {
         using Times = typename Path::Times;
         if (!may_swing<Path>(g) && trace(g).template turns<Times>() == 0)
             return false; // it leaves, and that is all
