@@ -122,6 +122,9 @@ TEST_CASE("scalars: float sees the oscillator's events and no others at any tole
                      : e.kind == exit_sliding           ? '1'
                      : e.kind == start || e.kind == end ? '|'
                                                         : '?';
-        CHECK(kinds == "|" + std::string(rivals::reference_home.kinds) + "|");
+        std::string expected = "|";
+        expected += rivals::reference_home.kinds;
+        expected += '|';
+        CHECK(kinds == expected);
     }
 }

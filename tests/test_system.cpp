@@ -23,8 +23,11 @@ namespace {
 template <class Sys, class S = double> std::string capabilities() {
     std::string list;
     const auto add = [&](bool has, const char* what) {
-        if (has)
-            list += (list.empty() ? "" : " ") + std::string(what);
+        if (!has)
+            return;
+        if (!list.empty())
+            list += ' ';
+        list += what;
     };
     add(HasSides<Sys, S>, "f1,f2");
     add(HasField<Sys, S>, "field");

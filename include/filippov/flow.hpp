@@ -35,14 +35,22 @@ template <class S, int N, int M> struct FlowResult {
             text += at;
         }
         text += "), mode (";
-        for (int j = 0; j < M; ++j)
-            text += (j == 0 ? "" : ", ") + std::to_string(diagnosis.mode[j]);
+        for (int j = 0; j < M; ++j) {
+            if (j > 0)
+                text += ", ";
+            text += std::to_string(diagnosis.mode[j]);
+        }
         text += ")";
-        if (diagnosis.surface >= 0)
-            text += ", surface " + std::to_string(diagnosis.surface);
-        if (!diagnosis.what.empty())
-            text += ": " + std::string(diagnosis.what);
-        return text + ".";
+        if (diagnosis.surface >= 0) {
+            text += ", surface ";
+            text += std::to_string(diagnosis.surface);
+        }
+        if (!diagnosis.what.empty()) {
+            text += ": ";
+            text += diagnosis.what;
+        }
+        text += ".";
+        return text;
     }
 };
 
