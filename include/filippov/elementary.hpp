@@ -32,26 +32,42 @@ FILIPPOV_INLINE double with_sign(double value, std::uint64_t sign) {
     return std::bit_cast<double>(std::bit_cast<std::uint64_t>(value) ^ sign);
 }
 
+/// c[0] - c[1] z + c[2] z^2 - ... + c[8] z^8, in few dependent steps.
+FILIPPOV_INLINE double alternating(const double (&c)[9], double z) {
+    const double z2 = z * z, z4 = z2 * z2;
+    const double low = (c[0] - z * c[1]) + z2 * (c[2] - z * c[3]);
+    const double high = (c[4] - z * c[5]) + z2 * (c[6] - z * c[7]);
+    return low + z4 * (high + z4 * c[8]);
+}
+
 /// The Taylor polynomials, degree 20 and 21, have a remainder below 2e-17 on [-pi/2, pi/2]. One
 /// polynomial and no branch: a choice between two of them, as in libm, is mispredicted every other
 /// stage.
 FILIPPOV_INLINE double cos_kernel(double r) {
-    const double z = r * r, z2 = z * z, z4 = z2 * z2;
-    const double a = 1.0 / 24 - z * (1.0 / 720);
-    const double b = 1.0 / 40320 - z * (1.0 / 3628800);
-    const double c = 1.0 / 479001600 - z * (1.0 / 87178291200);
-    const double d = 1.0 / 20922789888000 - z * (1.0 / 6402373705728000);
-    const double tail = (a + z2 * b) + z4 * ((c + z2 * d) + z4 * (1.0 / 2432902008176640000));
-    return (1.0 - 0.5 * z) + z2 * tail;
+    constexpr double c[9] = {1.0 / 24,
+                             1.0 / 720,
+                             1.0 / 40320,
+                             1.0 / 3628800,
+                             1.0 / 479001600,
+                             1.0 / 87178291200,
+                             1.0 / 20922789888000,
+                             1.0 / 6402373705728000,
+                             1.0 / 2432902008176640000};
+    const double z = r * r;
+    return (1.0 - 0.5 * z) + z * z * alternating(c, z);
 }
 FILIPPOV_INLINE double sin_kernel(double r) {
-    const double z = r * r, z2 = z * z, z4 = z2 * z2;
-    const double a = 1.0 / 120 - z * (1.0 / 5040);
-    const double b = 1.0 / 362880 - z * (1.0 / 39916800);
-    const double c = 1.0 / 6227020800 - z * (1.0 / 1307674368000);
-    const double d = 1.0 / 355687428096000 - z * (1.0 / 121645100408832000);
-    const double tail = (a + z2 * b) + z4 * ((c + z2 * d) + z4 * (1.0 / 51090942171709440000.0));
-    return r + r * z * (z * tail - 1.0 / 6);
+    constexpr double c[9] = {1.0 / 120,
+                             1.0 / 5040,
+                             1.0 / 362880,
+                             1.0 / 39916800,
+                             1.0 / 6227020800,
+                             1.0 / 1307674368000,
+                             1.0 / 355687428096000,
+                             1.0 / 121645100408832000,
+                             1.0 / 51090942171709440000.0};
+    const double z = r * r;
+    return r + r * z * (z * alternating(c, z) - 1.0 / 6);
 }
 
 } // namespace detail

@@ -393,11 +393,7 @@ private:
         const S rounding = rounding_band(sys_, j, clock_.local, x_, p_);
         if (fixed || rounding_only)
             return rounding;
-        const X gradient = grad_h(sys_, j, clock_.local, x_, p_);
-        S sum(0);
-        for (int i = 0; i < N; ++i)
-            sum += abs_(gradient[i]) * scale_[i];
-        return rounding + sum;
+        return rounding + change_over(sys_, j, clock_.local, x_, p_, scale_);
     }
 
     /// True if the far side of surface j leads back to it: a touch within the tolerance then
@@ -617,7 +613,7 @@ private:
         stop.jumped = landing.jumped;
         settle_on_surface(path, g, found.touch || landing.jumped);
         const bool flat = degenerate(g, path, x_before);
-        accept(path.x1, path.dt, path);
+        accept(path);
         for (const int q : active_guards())
             if (q >= Guard<M>::first_section)
                 trace(q).start_at(guard_value(q, clock_.local, x_));
@@ -652,11 +648,9 @@ private:
             return true;
         const int j = g / 3;
         const S t = clock_.local + path.dt;
-        const X gradient = grad_h(sys_, j, t, path.x1, p_);
-        S band = S(1e3) * rounding_band(sys_, j, t, path.x1, p_) +
-                 S(8) * ulp(t) * abs_(normal_component(sys_, j, t, path.x1, p_, path.end_field()));
-        for (int i = 0; i < N; ++i)
-            band += abs_(gradient[i]) * scale_[i];
+        const S rate = normal_component(sys_, j, t, path.x1, p_, path.end_field());
+        const S band = S(1e3) * rounding_band(sys_, j, t, path.x1, p_) +
+                       S(8) * ulp(t) * abs_(rate) + change_over(sys_, j, t, path.x1, p_, scale_);
         return abs_(switching(sys_, t, path.x1, p_)[j]) <= band;
     }
 
@@ -709,15 +703,15 @@ private:
         return Tableau::squared_error(rk_, weight);
     }
 
-    /// Takes the step to x1: observer, state, clock.
-    template <class Path> FILIPPOV_INLINE void accept(const X& x1, const S& dt, Path& path) {
+    /// Takes the step along a path: observer, state, clock.
+    template <class Path> FILIPPOV_INLINE void accept(Path& path) {
         Clock<S> next = clock_;
-        next.advance(dt);
-        if (dt == remaining_)
+        next.advance(path.dt);
+        if (path.dt == remaining_)
             next = end_;
         if constexpr (Obs::wants_steps)
-            observer_.on_step(StepView<S, N, M>{clock_, next, dt, x_, x1, mode_}, path);
-        x_ = x1;
+            observer_.on_step(StepView<S, N, M>{clock_, next, path.dt, x_, path.x1, mode_}, path);
+        x_ = path.x1;
         weigh(x_);
         clock_ = next;
         ++counters_.steps;
@@ -949,7 +943,7 @@ private:
                     return stop;
                 }
             }
-            accept(path.x1, dt, path);
+            accept(path);
             rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
             keep_guard_values<RungeKuttaPath<Rhs>>();
         }
@@ -1011,7 +1005,7 @@ private:
             }
             if (found.guard >= 0)
                 return land(path, found);
-            accept(path.x1, path.dt, path);
+            accept(path);
             keep_guard_values<ClosedFormPath>();
             window *= S(4);
         }

@@ -24,17 +24,24 @@ S rounding_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
     return S(16) * epsilon<S> * sum;
 }
 
+/// How far h_j can change while each component of x changes by its length: sum_i |dh/dx_i| l_i.
+template <class Sys, class S>
+S change_over(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
+              const State<Sys, S>& lengths) {
+    using std::abs;
+    const State<Sys, S> g = grad_h(sys, j, t, x, p);
+    S sum(0);
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        sum += abs(g[i]) * lengths[i];
+    return sum;
+}
+
 /// Size of h_j below which a given start counts as on the surface: rounding, or a thousandth of the
 /// absolute tolerance, below which the user said that nothing matters.
 template <class Sys, class S>
 S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
              const State<Sys, S>& atol) {
-    using std::abs;
-    const State<Sys, S> g = grad_h(sys, j, t, x, p);
-    S sum(0);
-    for (int i = 0; i < dim_v<Sys>; ++i)
-        sum += abs(g[i]) * atol[i];
-    return rounding_band(sys, j, t, x, p) + S(1e-3) * sum;
+    return rounding_band(sys, j, t, x, p) + S(1e-3) * change_over(sys, j, t, x, p, atol);
 }
 
 /// One Newton step onto h_j = 0 along the gradient, in units of `scale` (one positive length per
