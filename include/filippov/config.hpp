@@ -13,9 +13,12 @@
 /// stage must not go through memory.
 #define FILIPPOV_FLATTEN [[gnu::flatten]]
 #define FILIPPOV_COLD [[gnu::cold, gnu::noinline]]
+/// Large and called from many places: dual arithmetic inlined everywhere compiles for minutes.
+#define FILIPPOV_NOINLINE [[gnu::noinline]]
 #else
 #define FILIPPOV_INLINE inline
 #define FILIPPOV_LAMBDA_INLINE
 #define FILIPPOV_FLATTEN
 #define FILIPPOV_COLD
+#define FILIPPOV_NOINLINE
 #endif

@@ -54,6 +54,13 @@ template <class S, int N, int M> struct FlowResult {
     }
 };
 
+/// A start at an event that is known already: the end of a slide, say, where an iterate of a map
+/// begins. `guard` counts as met in mode `before`, and the engine judges how the solution goes on.
+template <int M> struct KnownStart {
+    Mode<M> before{};
+    int guard = -1; ///< see Guard; -1: nothing is known of the start
+};
+
 namespace detail {
 
 /// The loop of `flow`, with its bookkeeping of events.
@@ -65,9 +72,11 @@ template <class Sys, class S, class Tableau, class Obs, class Sec> class Flow {
 
 public:
     Flow(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
-         const Settings<S, N>& settings, Obs& observer, const Sec& sections)
+         const Settings<S, N>& settings, Obs& observer, const Sec& sections,
+         const KnownStart<M>& known_start)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections),
-          segment_(sys, p, t0, x0, t_end, settings, observer, sections) {}
+          known_start_(known_start), segment_(sys, p, t0, x0, t_end, settings, observer, sections) {
+    }
 
     FlowResult<S, N, M> run() {
         Status status = start();
@@ -81,6 +90,10 @@ public:
             if (stop.guard < 0)
                 break;
             status = handle(stop);
+            if constexpr (requires { observer_.ends_at(held_); })
+                if (status == Status::ok && pending_ && observer_.ends_at(held_))
+                    status = Status::event;
+            segment_.let_observer_skip();
         }
         flush();
         Event<S, N, M> end = make_event(EventKind::end, -1, segment_.mode(), segment_.mode());
@@ -103,6 +116,8 @@ private:
         const Vec<S, M> h = switching(sys_, t, segment_.x(), p_);
         if (!all_finite<S, M>(h))
             return segment_.fail(Status::not_finite, "h");
+        if (known_start_.guard >= 0)
+            return start_as_known();
         Mode<M> mode;
         int contact = -1, n_contacts = 0;
         for (int j = 0; j < M; ++j) {
@@ -128,6 +143,15 @@ private:
                 return status;
         }
         return Status::ok;
+    }
+
+    Status start_as_known() {
+        const int j = start_surface_ = known_start_.guard / 3;
+        const S t = segment_.clock().local;
+        segment_.set_state(project(sys_, j, t, segment_.x(), p_, segment_.scale()));
+        segment_.enter(known_start_.before);
+        segment_.choose_first_step();
+        return judge(known_start_.before, j, known_start_.guard);
     }
 
     /// The first event, also of a run that could not start; a section that is zero here is met
@@ -343,6 +367,7 @@ private:
     const Settings<S, N>& settings_;
     Obs& observer_;
     const Sec& sections_;
+    const KnownStart<M> known_start_;
     Segment<Sys, S, Tableau, Obs, Sec> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
@@ -361,19 +386,22 @@ private:
 /// @param x0        start, shape (dim,)
 /// @param observer  what to keep, see observers.hpp
 /// @param watched   user sections, see event.hpp
+/// @param known_start   the event at which the run starts, if that is known
 /// @return          status, last state, counters
 /// @error           std::invalid_argument for a start, span or settings that make no sense; all
 ///                  else is a Status
-template <class Tableau = DormandPrince5, class Sys, class S, class Obs, class Sec = Sections<>>
+template <class Tableau = DormandPrince5, class Sys, std::floating_point S, class Obs,
+          class Sec = Sections<>>
 FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
 flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S, dim_v<Sys>>& x0,
      std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
-     const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {}) {
+     const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
+     const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p);
     return detail::Flow<Sys, S, Tableau, Obs, Sec>(sys, p, t0, x0, t_end, settings, observer,
-                                                   watched)
+                                                   watched, known_start)
         .run();
 }
 

@@ -64,12 +64,14 @@ template <class S, std::size_t Capacity> struct Trace {
     int order = 0;   ///< order of a root at the start, to be divided out; 0: none
     S offset = S(0); ///< what rounding left at that root
     bool watched = true;
+    bool descended = false; ///< into its touch band in an earlier step, and has not left it yet
     std::array<S, Capacity> probe{}; ///< probe[k]: value at Times::theta(k)
 
     void start_at(const S& value, int root_order = 0) {
         start = value;
         order = root_order;
         offset = S(0);
+        descended = false;
     }
 
     /// A value at theta without the root at the start.

@@ -6,6 +6,7 @@
 #include <filippov/clock.hpp>
 #include <filippov/event.hpp>
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -23,11 +24,46 @@ template <class S, int N, int M> struct StepView {
 
 /// An observer: `on_event(event)`, and if `wants_steps`, `on_step(view, path)` where path(theta) is
 /// the state at theta in [0, 1] of the step; the interpolant behind it is built at the first call.
-/// An optional `interrupted()` is asked now and then and ends the run with status `interrupted`.
+/// An optional `interrupted()` is asked now and then and ends the run with status `interrupted`; an
+/// optional `ends_at(event)` is asked at every event and ends the run with status `event`; an
+/// optional `skip_periods(left)`, asked after steps and events, says how many of the whole periods
+/// left the run need not follow.
 template <class O, class S, int N, int M>
 concept Observer = requires(O& o, const Event<S, N, M>& event) {
     { O::wants_steps } -> std::convertible_to<bool>;
     o.on_event(event);
+};
+
+/// The state along a step, called through a pointer.
+template <class S, int N> class StepPath {
+public:
+    template <class Path>
+    explicit StepPath(Path& path)
+        : path_(&path), call_([](void* object, const S& theta) -> Vec<S, N> {
+              return (*static_cast<Path*>(object))(theta);
+          }) {}
+    Vec<S, N> operator()(const S& theta) const { return call_(path_, theta); }
+
+private:
+    void* path_;
+    Vec<S, N> (*call_)(void*, const S&);
+};
+
+/// Whoever wants to hear of a run without the engine being compiled for him: what observers that
+/// do much at every step are called through.
+template <class S, int N, int M> struct Listener {
+    static constexpr bool wants_steps = true;
+    std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
+    std::function<void(const Event<S, N, M>&)> event{};
+    std::function<bool(const Event<S, N, M>&)> ends{}; ///< may be empty
+    std::function<bool()> stop{};                      ///< may be empty
+
+    void on_event(const Event<S, N, M>& e) { event(e); }
+    template <class Path> void on_step(const StepView<S, N, M>& view, Path& path) {
+        step(view, StepPath<S, N>(path));
+    }
+    bool ends_at(const Event<S, N, M>& e) { return ends && ends(e); }
+    bool interrupted() { return stop && stop(); }
 };
 
 /// Keeps nothing: the result of the run is its final state.

@@ -219,7 +219,7 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
                 low = minimum(g, left, right);
                 const S deepest = g(low);
                 // an end of the interval is no minimum: g merely passes through the band there
-                const bool interior = low - left > S(1e-3) * third && right - low > S(1e-3) * third;
+                const bool interior = low - left > S(1e-6) * third && right - low > S(1e-6) * third;
                 if (interior && band > S(0) && abs(deepest) <= band) {
                     theta = low;
                     return Contact::touch;

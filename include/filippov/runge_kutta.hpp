@@ -41,8 +41,11 @@ public:
     std::array<State, Tableau::stages + Tableau::extra_stages> k;
 
     /// Takes k[0] = f(t, x) as given, fills the other stages and x1 = x(t + dt).
-    template <class Rhs>
-    FILIPPOV_INLINE void step(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
+    /// @param dt  an S, or the plain number under it
+    template <class Rhs, class Step>
+    FILIPPOV_INLINE void step(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1) {
+        if constexpr (!std::floating_point<S>)
+            return step_in_loops(rhs, t, x, dt, x1);
         [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
             (stage<J + 1>(rhs, t, x, dt, x1), ...);
         }(std::make_index_sequence<last>{});
@@ -91,9 +94,27 @@ public:
     }
 
 private:
-    template <std::size_t J, class Rhs>
-    FILIPPOV_INLINE void stage(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
-        constexpr S theta = static_cast<S>(Tableau::c[J]);
+    /// For scalars that are large themselves: one field call in the code, not one a stage.
+    template <class Rhs, class Step>
+    FILIPPOV_NOINLINE void step_in_loops(Rhs& rhs, const S& t, const State& x, const Step& dt,
+                                         State& x1) {
+        using R = Real<S>;
+        for (std::size_t j = 1; j <= last; ++j) {
+            x1 = x;
+            for (std::size_t m = 0; m < j; ++m) {
+                if (Tableau::a[j][m] == 0)
+                    continue;
+                const auto weight = static_cast<R>(Tableau::a[j][m]) * dt;
+                for (int i = 0; i < N; ++i)
+                    x1[i] += weight * k[m][i];
+            }
+            k[j] = rhs(j, S(t + static_cast<R>(Tableau::c[j]) * dt), x1);
+        }
+    }
+
+    template <std::size_t J, class Rhs, class Step>
+    FILIPPOV_INLINE void stage(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1) {
+        constexpr auto theta = static_cast<Real<S>>(Tableau::c[J]);
         if constexpr (J == last) {
             advance<J>(x, dt, x1);
             k[J] = rhs(J, S(t + theta * dt), x1);
@@ -108,23 +129,23 @@ private:
     /// multiplies the weights, so that the chain from one stage to the next is one product and one
     /// or two sums. At an inner stage x joins the early terms; in the result it is added last, for
     /// one rounding.
-    template <std::size_t J>
-    FILIPPOV_INLINE void advance(const State& x, const S& dt, State& out) const {
+    template <std::size_t J, class Step>
+    FILIPPOV_INLINE void advance(const State& x, const Step& dt, State& out) const {
         constexpr long double newest = Tableau::a[J][J - 1];
         for (int i = 0; i < N; ++i) {
             S early(0);
             [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
                 (add_scaled<J, I>(dt, i, early), ...);
             }(std::make_index_sequence<J - 1>{});
-            const S late = (static_cast<S>(newest) * dt) * k[J - 1][i];
+            const S late = (static_cast<Real<S>>(newest) * dt) * k[J - 1][i];
             out[i] = J == last ? x[i] + (early + late) : (x[i] + early) + late;
         }
     }
-    template <std::size_t J, std::size_t I>
-    FILIPPOV_INLINE void add_scaled(const S& dt, int i, S& sum) const {
+    template <std::size_t J, std::size_t I, class Step>
+    FILIPPOV_INLINE void add_scaled(const Step& dt, int i, S& sum) const {
         constexpr long double weight = Tableau::a[J][I];
         if constexpr (weight != 0)
-            sum += (static_cast<S>(weight) * dt) * k[I][i];
+            sum += (static_cast<Real<S>>(weight) * dt) * k[I][i];
     }
 
     /// sum_j row(j) k_j[i] over the non-zero weights, unrolled at compile time.

@@ -9,11 +9,12 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <utility>
 
 namespace filippov {
 
-/// What the engine computes with: float, double, long double, a Taylor polynomial, later dual
-/// numbers. `semiregular`, not `regular`: a lane's == is no bool.
+/// What the engine computes with: float, double, long double, a Taylor polynomial, a dual
+/// number. `semiregular`, not `regular`: a lane's == is no bool.
 template <class S>
 concept Scalar = std::semiregular<S> && requires(S a, const S& b) {
     S(1);
@@ -26,6 +27,12 @@ concept Scalar = std::semiregular<S> && requires(S a, const S& b) {
     a += b;
     a -= b;
 };
+
+/// The plain value of a scalar: what decisions look at.
+template <std::floating_point S> S value_of(const S& x) { return x; }
+
+/// The floating-point type under a scalar.
+template <class S> using Real = decltype(value_of(std::declval<const S&>()));
 
 /// Column vector of N scalars.
 template <class S, int N> using Vec = Eigen::Matrix<S, N, 1>;

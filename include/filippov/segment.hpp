@@ -30,6 +30,17 @@ struct Counters {
     long long interpolants = 0;  ///< interpolants built
     long long landings = 0;      ///< trial steps taken to land on events
     long long events = 0;        ///< events logged
+
+    Counters& operator+=(const Counters& other) {
+        steps += other.steps;
+        rejected += other.rejected;
+        field += other.field;
+        root_searches += other.root_searches;
+        interpolants += other.interpolants;
+        landings += other.landings;
+        events += other.events;
+        return *this;
+    }
 };
 
 /// Where and in what a run failed.
@@ -185,6 +196,17 @@ public:
             return mode_[0] < 0 ? run(SideRhs<-1>{*this}) : run(SideRhs<+1>{*this});
         else
             return run(SideRhs<0>{*this});
+    }
+
+    /// Lets the observer bring the end nearer by whole periods, which moves nothing else: it has
+    /// seen that they would repeat what was.
+    void let_observer_skip() {
+        if constexpr (requires { observer_.skip_periods(0LL); })
+            if (clock_.period > S(0) && direction_ > 0) {
+                const long long left =
+                    end_.index - clock_.index - (clock_.local > end_.local ? 1 : 0);
+                end_.index -= observer_.skip_periods(left);
+            }
     }
 
     Status fail(Status status, std::string_view what, int surface = -1) {
@@ -487,9 +509,9 @@ private:
     }
 
     /// The first root or touch of guard g, `raw` along the path.
-    template <class Path, class Raw> Found event_of(int g, Path& path, const Raw& raw) const {
+    template <class Path, class Raw> Found event_of(int g, Path& path, const Raw& raw) {
         using Times = typename Path::Times;
-        const GuardTrace& w = trace(g);
+        GuardTrace& w = trace(g);
         if (const std::size_t k = w.template falls_through<Times>())
             return {g,
                     bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
@@ -513,7 +535,7 @@ private:
         // A touch comes down to zero from outside its band: what still leaves it does not touch,
         // and is searched from where it has left.
         const S band = touch_band(g, false);
-        const bool outside = order == 0 && w.start > band;
+        const bool outside = order == 0 && (w.start > band || w.descended);
         Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
         if (!outside && band > S(0)) {
             S touch = contact == Contact::none ? S(1) : theta;
@@ -525,6 +547,10 @@ private:
         if (contact == Contact::touch && g < Guard<M>::first_section && mode_[g / 3] != 0 &&
             !far_side_attracts(g / 3, S(clock_.local + theta * path.dt), path(theta)))
             contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
+        if (contact == Contact::none && w.descended && first_minimum(raw, w.start, theta))
+            contact = Contact::touch;
+        w.descended =
+            outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
         return contact == Contact::none ? Found{} : Found{g, theta, contact == Contact::touch};
     }
 
@@ -547,6 +573,23 @@ private:
             return false;
         theta = from + u * width;
         return true;
+    }
+
+    /// The minimum of a guard that still falls at the start of a step. Steps are cut where a
+    /// contact is near, so the least distance tends to lie just behind the start, too close to it
+    /// for the pieces of first_contact.
+    template <class Raw> static bool first_minimum(const Raw& raw, const S& start, S& theta) {
+        S u(1), later = raw(u);
+        for (int k = 0; k < 40; ++k) {
+            const S value = raw(S(u / S(2)));
+            if (value < start && value <= later) {
+                theta = minimum<S>(raw, S(0), u);
+                return raw(theta) < start;
+            }
+            u /= S(2);
+            later = value;
+        }
+        return false;
     }
 
     /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
@@ -715,6 +758,8 @@ private:
         weigh(x_);
         clock_ = next;
         ++counters_.steps;
+        if constexpr (Obs::wants_steps)
+            let_observer_skip();
     }
     template <class Path> FILIPPOV_INLINE void keep_guard_values() {
         for (const int g : active_guards()) {
@@ -1066,18 +1111,17 @@ template <class S, int N, int M> struct SegmentResult {
 /// -1: none.
 ///                A target that is zero at the start is not found there.
 /// @error std::invalid_argument as in `flow`; else a Status
-template <class Tableau, class Sys, class S>
+template <class Tableau, class Sys, std::floating_point S, class Obs>
 SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
 segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
         const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
-        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings) {
+        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings,
+        Obs& observer) {
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p);
-    Nothing nothing;
     const Sections<> none;
-    Segment<Sys, S, Tableau, Nothing, Sections<>> run(sys, p, t0, x0, t_end, settings, nothing,
-                                                      none);
+    Segment<Sys, S, Tableau, Obs, Sections<>> run(sys, p, t0, x0, t_end, settings, observer, none);
     run.enter(mode);
     run.choose_first_step();
     run.watch_only(target);
@@ -1092,6 +1136,16 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
     result.counters = run.counters();
     result.diagnosis = run.diagnosis();
     return result;
+}
+
+/// The same, and nothing kept on the way.
+template <class Tableau, class Sys, std::floating_point S>
+SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
+segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
+        const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
+        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings) {
+    Nothing nothing;
+    return segment<Tableau>(sys, p, mode, x0, t0, t_end, target, settings, nothing);
 }
 
 } // namespace filippov

@@ -52,10 +52,11 @@ S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Pa
 template <class Sys, class S>
 FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
                                              const State<Sys, S>& x, const Params<Sys, S>& p,
-                                             const State<Sys, S>& scale) {
+                                             const State<Sys, Real<S>>& scale) {
     const S h = switching(sys, t, x, p)[j];
-    if (h == S(0))
-        return x;
+    if constexpr (std::floating_point<S>) // a dual that is zero still has derivatives
+        if (h == S(0))
+            return x;
     const State<Sys, S> g = grad_h(sys, j, t, x, p);
     S norm(0);
     for (int i = 0; i < dim_v<Sys>; ++i)

@@ -181,8 +181,6 @@ private:
     }
 };
 
-/// The plain value of a scalar: what decisions look at.
-template <std::floating_point S> S value_of(const S& x) { return x; }
 template <class S, int K> auto value_of(const Taylor<S, K>& x) { return value_of(x.c[0]); }
 
 } // namespace filippov

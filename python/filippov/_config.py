@@ -30,6 +30,7 @@ def show_config(mode: str = "stdout") -> dict[str, str] | None:
         "C++": str(_core.config["cxx"]),
         "Eigen": str(_core.config["eigen"]),
         "instruction set": str(_core.config["simd"]),
+        "threads": str(_core.config["threads"]),
         "assertions": "on" if _core.config["assertions"] else "off",
         "Python": platform.python_version(),
         "numpy": np.__version__,

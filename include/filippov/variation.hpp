@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Derivatives of a flow: the steps of a run, taken again in dual numbers.
+//
+// A run decides (steps, events, modes) with plain numbers; an observer repeats each accepted step
+// in dual arithmetic. Nothing is decided twice, the values are those of the plain run to the last
+// bit, and neither root searches nor step control pay for derivatives. At an event one Newton
+// correction in infinitesimals moves the event to where the neighbouring solutions have it, and is
+// undone in the new mode, so that the running time stays real: the saltation matrix, and the terms
+// of second order if duals are nested, appear by themselves.
+#pragma once
+
+#include <filippov/dual.hpp>
+#include <filippov/flow.hpp>
+
+namespace filippov {
+
+/// How a solution passed from one mode to the next, in dual numbers.
+template <DualNumber D, int N, int M> struct Passage {
+    Mode<M> before{}, after{};
+    int surface = -1;
+    D t{};         ///< absolute time of the event
+    Vec<D, N> x{}; ///< state at the event
+};
+
+/// Result of a flow in dual numbers.
+template <DualNumber D, int N, int M> struct VariedResult {
+    FlowResult<Real<D>, N, M> run; ///< the plain run
+    D t{};                         ///< time of the end: t_end, or the event that ended the run
+    Vec<D, N> x{};                 ///< state there
+    bool singular = false; ///< an event was tangential within the tolerance: derivatives are NaN
+};
+
+namespace detail {
+
+/// The dual state of a run.
+template <class Sys, DualNumber D, class Tableau> class Variation {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    static constexpr int nesting = nesting_v<D>;
+    static_assert(nesting <= 2, "filippov: duals of third and higher order are not supported");
+    using R = Real<D>;
+    using X = Vec<D, N>;
+    using P = Params<Sys, D>;
+
+    Variation(const Sys& sys, const P& p, const D& t0, const X& x0, const Settings<R, N>& settings)
+        : sys_(sys), p_(p), values_(values_of(p)), settings_(settings), x_(x0),
+          delay_(infinitesimal(t0)), period_(infinitesimal(period(sys, p))) {}
+
+    void take(const StepView<R, N, M>& step) {
+        follow(step.clock, step.mode);
+        advance(step);
+    }
+
+    /// Starts in a forced mode.
+    void force(const Clock<R>& clock, const Mode<M>& mode) {
+        started_ = true;
+        mode_ = mode;
+        x_ = shifted(x_, time_at(clock) + delay_, -delay_, mode_);
+    }
+    /// Brings the state to `clock` in `mode`, if a mode was entered there.
+    void follow(const Clock<R>& clock, const Mode<M>& mode) {
+        if (!started_)
+            start(clock, mode);
+        else if (!(mode == mode_))
+            pass(clock, mode);
+    }
+    /// State at the (dual) time `t`, whose value `clock` shows.
+    X state_at(const Clock<R>& clock, const D& t) const {
+        return shifted(x_, time_at(clock), infinitesimal(t), mode_);
+    }
+    /// The last change of mode.
+    const Passage<D, N, M>& last() const { return last_; }
+    bool singular() const { return singular_; }
+
+    /// The delay of the zero of g(t, x, p), met at `clock` in the present mode.
+    template <class G> D delay_of(const Clock<R>& clock, const G& g) {
+        const auto rate = lie_derivatives<2>(field(), g, R(clock.local), values_of(x_), values_);
+        D delay(R(0));
+        // Chord iterations: each is right to one more order in the infinitesimals.
+        for (int k = 0; k < nesting; ++k) {
+            const D t = time_at(clock) + delay;
+            const X y = shifted(x_, time_at(clock), delay, mode_);
+            delay -= infinitesimal(g(t, y, p_)) * (R(1) / rate[0]);
+        }
+        return delay;
+    }
+
+private:
+    /// Local time, dual because the start of the period is.
+    D time_at(const Clock<R>& clock) const { return D(clock.local) - period_ * R(clock.index); }
+    auto field() const {
+        return [this](const auto& t, const auto& x, const auto& p) {
+            return sliding_surface(mode_) >= 0 ? sliding(sys_, mode_, t, x, p).f
+                                               : side_field(sys_, mode_, t, x, p);
+        };
+    }
+    FILIPPOV_NOINLINE X field_at(const Mode<M>& mode, const D& t, const X& x) const {
+        const int j = sliding_surface(mode);
+        if (j < 0)
+            return side_field(sys_, mode, t, x, p_);
+        return sliding(sys_, mode, t, toward_surface(sys_, j, t, x, p_, scale()), p_).f;
+    }
+    Vec<R, N> scale() const {
+        using std::abs;
+        Vec<R, N> s;
+        for (int i = 0; i < N; ++i)
+            s[i] = std::max(R(settings_.atol[i] + settings_.rtol * abs(value_of(x_[i]))),
+                            std::numeric_limits<R>::min() / epsilon<R>);
+        return s;
+    }
+    /// Newton in infinitesimals onto the surface slid on.
+    X on_surface(X x, const D& t, const Mode<M>& mode) const {
+        if (const int j = sliding_surface(mode); j >= 0)
+            for (int k = 0; k < nesting; ++k)
+                x = with_values(toward_surface(sys_, j, t, x, p_, scale()), values_of(x));
+        return x;
+    }
+    static X with_values(X x, const Vec<R, N>& values) {
+        for (int i = 0; i < N; ++i)
+            x[i] += D(values[i] - value_of(x[i]));
+        return x;
+    }
+    /// The state an infinitesimal time later: Euler's step, or the midpoint's, is exact.
+    FILIPPOV_NOINLINE X shifted(const X& x, const D& t, const D& dt, const Mode<M>& mode) const {
+        const auto stepped = [&](const D& h, const X& f) {
+            X y;
+            for (int i = 0; i < N; ++i)
+                y[i] = x[i] + h * f[i];
+            return y;
+        };
+        X f = field_at(mode, t, x);
+        if constexpr (nesting == 2) {
+            const D half = dt * R(0.5);
+            f = field_at(mode, t + half, stepped(half, f));
+        }
+        return on_surface(stepped(dt, f), t + dt, mode);
+    }
+
+    void start(const Clock<R>& clock, const Mode<M>& mode) {
+        Mode<M> first = mode;
+        if (const int j = sliding_surface(mode); j >= 0) {
+            // A neighbour that starts off the surface falls onto it: the same from either side.
+            const auto b = both_sides(sys_, mode, j, R(clock.local), values_of(x_), values_);
+            using std::abs;
+            first.set(j, abs(b.l1) > abs(b.l2) ? -1 : 1);
+        }
+        force(clock, first);
+        pass(clock, mode);
+        last_ = {};
+    }
+
+    void pass(const Clock<R>& clock, const Mode<M>& after) {
+        for (int j = 0; j < M; ++j)
+            if (mode_[j] != after[j])
+                pass(clock, j, after[j]);
+    }
+    void pass(const Clock<R>& clock, int j, int side) {
+        const bool slid = mode_[j] == 0;
+        const auto guard = [&](const auto& t, const auto& x, const auto& p) {
+            using S = std::remove_cvref_t<decltype(t)>;
+            if (!slid)
+                return S(switching(sys_, t, x, p)[j]);
+            const auto margin = sliding_margin(sys_, mode_, t, x, p);
+            return S((side < 0 ? margin.below : margin.above) + (s_max(sys_, p) - S(1)));
+        };
+        if (!slid && tangential(clock, j, guard))
+            singular_ = true;
+        const D delay = delay_of(clock, guard), t = time_at(clock);
+        const X x = shifted(x_, t, delay, mode_);
+        last_.before = mode_;
+        mode_.set(j, side);
+        last_.after = mode_;
+        last_.surface = j;
+        last_.t = D(clock.absolute()) + delay;
+        last_.x = on_surface(x, t + delay, mode_);
+        x_ = shifted(last_.x, t + delay, -delay, mode_);
+        have_k0_ = false;
+    }
+    /// True if the dip of h behind the event is below what the tolerance resolves: the solutions on
+    /// one side of this one do not meet the surface at all.
+    template <class G> bool tangential(const Clock<R>& clock, int j, const G& guard) const {
+        using std::abs;
+        const Vec<R, N> x = values_of(x_);
+        const auto rate = lie_derivatives<2>(field(), guard, R(clock.local), x, values_);
+        const R band = rounding_band(sys_, j, R(clock.local), x, values_) +
+                       change_over(sys_, j, R(clock.local), x, values_, scale());
+        return !(rate[0] * rate[0] > R(2) * abs(rate[1]) * band);
+    }
+
+    void advance(const StepView<R, N, M>& step) {
+        const D t = time_at(step.clock);
+        X x1;
+        if (!closed_form(t, step.dt, x1)) {
+            const auto rhs = [&](std::size_t, const D& time, const X& x) {
+                return field_at(mode_, time, x);
+            };
+            if (!have_k0_)
+                rk_.k[0] = field_at(mode_, t, x_);
+            rk_.step(rhs, t, x_, step.dt, x1);
+            rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
+            have_k0_ = true;
+        }
+        x_ = on_surface(with_values(x1, step.x1), t + D(step.dt), mode_);
+    }
+    bool closed_form([[maybe_unused]] const D& t, [[maybe_unused]] const R& dt,
+                     [[maybe_unused]] X& x1) const {
+        if constexpr (HasSlidingFlow<Sys, D>)
+            if (settings_.closed_form_slides && sliding_surface(mode_) >= 0) {
+                x1 = sys_.sliding_flow(t, x_, p_, D(dt));
+                return true;
+            }
+        return false;
+    }
+
+    const Sys& sys_;
+    const P& p_;
+    const Params<Sys, R> values_;
+    const Settings<R, N>& settings_;
+    X x_;
+    Mode<M> mode_{};
+    const D delay_;  ///< of the start
+    const D period_; ///< infinitesimal part of the period
+    RungeKutta<Tableau, D, N> rk_;
+    bool started_ = false, have_k0_ = false, singular_ = false;
+    Passage<D, N, M> last_{};
+};
+
+/// Every derivative becomes NaN; the value stays.
+template <class S, int K> void make_singular(Dual<S, K>& x) {
+    if constexpr (is_dual_v<S>)
+        make_singular(x.v);
+    x.d.fill(S(std::numeric_limits<Real<S>>::quiet_NaN()));
+}
+
+} // namespace detail
+
+/// `flow` in dual numbers: the end of the run with its derivatives.
+///
+/// x0, t0, t_end and p may each depend on whatever the duals' directions mean. The end is t_end, or
+/// the event that ended the run: a terminal section, or one that `observer.ends_at`. There t has
+/// derivatives, too.
+/// @param settings  in plain numbers: the run is the plain one
+/// @return `singular` where a surface was met tangentially within the tolerance: derivatives are
+///         NaN
+/// @cost   one plain run, and its accepted steps once more in dual arithmetic
+template <class Tableau = DormandPrince5, class Sys, DualNumber D, class Obs,
+          class Sec = Sections<>>
+VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
+flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D, dim_v<Sys>>& x0,
+     std::type_identity_t<D> t0, std::type_identity_t<D> t_end,
+     const Settings<Real<D>, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
+     const KnownStart<surfaces_v<Sys>>& known_start = {}) {
+    constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
+    using R = Real<D>;
+    detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
+    int section = -1; // the last one met
+    VariedResult<D, N, M> result;
+    Listener<R, N, M> listener;
+    listener.step = [&](const auto& step, [[maybe_unused]] const auto& path) {
+        variation.take(step);
+        if constexpr (Obs::wants_steps)
+            observer.on_step(step, path);
+    };
+    listener.event = [&](const auto& event) {
+        if (event.kind == EventKind::section)
+            section = event.surface;
+        if (event.kind == EventKind::graze) // one neighbour meets the surface, another does not
+            result.singular = true;
+        observer.on_event(event);
+    };
+    if constexpr (requires(const Event<R, N, M>& event) { observer.ends_at(event); })
+        listener.ends = [&](const auto& event) { return observer.ends_at(event); };
+    if constexpr (requires { observer.interrupted(); })
+        listener.stop = [&] { return observer.interrupted(); };
+    result.run = flow<Tableau>(sys, values_of(p), values_of(x0), value_of(t0), value_of(t_end),
+                               settings, listener, watched, known_start);
+    const bool at_event = result.run.status == Status::event;
+    variation.follow(result.run.clock, result.run.mode);
+    if (at_event && section < 0) {
+        result.t = variation.last().t;
+        result.x = variation.last().x;
+    } else {
+        result.t = result.run.status == Status::ok ? D(t_end) : D(result.run.t);
+        if constexpr (Sec::capacity > 0)
+            if (at_event)
+                result.t += variation.delay_of(
+                    result.run.clock, [&](const auto& t, const auto& x, const auto& q) {
+                        using S = std::remove_cvref_t<decltype(t)>;
+                        const S turns(static_cast<R>(result.run.clock.index));
+                        return watched.value(section, S(t + turns * period(sys, q)), x, q);
+                    });
+        result.x = variation.state_at(result.run.clock, result.t);
+    }
+    result.singular = result.singular || variation.singular();
+    if (result.singular) {
+        detail::make_singular(result.t);
+        for (D& v : result.x)
+            detail::make_singular(v);
+    }
+    return result;
+}
+
+/// `segment` in dual numbers, from t0 to t_end: a forced mode and no target.
+///
+/// @param stop  may be empty; asked now and then, and true ends the segment with `interrupted`
+template <class Tableau, class Sys, DualNumber D>
+VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
+segment(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p,
+        const Mode<surfaces_v<Sys>>& mode, const Vec<D, dim_v<Sys>>& x0, std::type_identity_t<D> t0,
+        std::type_identity_t<D> t_end, const Settings<Real<D>, dim_v<Sys>>& settings,
+        const std::function<bool()>& stop = {}) {
+    constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
+    using R = Real<D>;
+    detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
+    variation.force(Clock<R>::at(value_of(t0), value_of(period(sys, p))), mode);
+    Listener<R, N, M> listener;
+    listener.step = [&](const auto& step, const auto&) { variation.take(step); };
+    listener.stop = stop;
+    const auto run = segment<Tableau>(sys, values_of(p), mode, values_of(x0), value_of(t0),
+                                      value_of(t_end), -1, settings, listener);
+    VariedResult<D, N, M> result;
+    result.run.status = run.status;
+    result.run.clock = run.clock;
+    result.run.t = run.t;
+    result.run.x = run.x;
+    result.run.mode = mode;
+    result.run.counters = run.counters;
+    result.run.diagnosis = run.diagnosis;
+    result.t = t_end;
+    result.x = variation.state_at(run.clock, t_end);
+    return result;
+}
+
+} // namespace filippov
