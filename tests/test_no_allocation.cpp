@@ -3,6 +3,7 @@
 #define EIGEN_RUNTIME_NO_MALLOC
 #include "run.hpp"
 
+#include <filippov/diagram.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
 
@@ -124,6 +125,29 @@ TEST_CASE("no_allocation: a run that keeps nothing allocates nothing", "[no_allo
     });
     CHECK(n == 0);
     CHECK(events > 10);
+}
+
+TEST_CASE("no_allocation: the transient of a diagram allocates nothing", "[no_allocation]") {
+    const auto p = default_params<models::Oscillator>();
+    const double T = models::Oscillator{}.period(p);
+    const auto settings = tolerance<2>(1e-9);
+    const Vec<double, 2> x0(0, 0);
+    DiagramSection section;
+    section.strobe = GENERATE(false, true);
+    const bool skip = GENERATE(false, true);
+    std::vector<DiagramPoint<double, 2>> points;
+    const auto transient = [&](double periods) {
+        DiagramObserver<double, 2, 1> observer(section, T, periods, skip, nullptr, points);
+        return flow<DormandPrince8>(models::Oscillator{}, p, x0, 0, 200 * T, settings, observer)
+            .counters.events;
+    };
+    long long events = 0;
+    CHECK(allocated([&] { events = transient(200); }) == 0);
+    CHECK(points.empty());
+    CHECK(events > 10);
+    points.reserve(1000);
+    CHECK(allocated([&] { transient(100); }) == 0); // with room, what is kept allocates nothing
+    CHECK(points.size() >= 25);
 }
 
 TEST_CASE("no_allocation: a run that fails allocates nothing", "[no_allocation]") {

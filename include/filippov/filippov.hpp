@@ -2,6 +2,7 @@
 // Everything.
 #pragma once
 
+#include <filippov/diagram.hpp>
 #include <filippov/flow.hpp>
 #include <filippov/models/belt.hpp>
 #include <filippov/models/coulomb.hpp>

@@ -1,0 +1,539 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A system whose type is forgotten: what the analysis of orbits needs of one, with derivatives.
+//
+// Shooting, continuation and bifurcations are linear algebra on top of a few maps. They see those
+// maps through this interface and are compiled once, not once a system; below it everything is
+// compiled for the system, with nothing virtual in a step.
+#pragma once
+
+#include <filippov/dormand_prince8.hpp>
+#include <filippov/variation.hpp>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filippov {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+/// A value and its derivatives in the directions (x, t0, t1, a, b): the start, its time, the time
+/// of the end, and two parameters.
+struct Jet {
+    Vector value; ///< shape (m,)
+    Matrix slope; ///< shape (m, dim + 4)
+    Matrix bend;  ///< derivatives of slope * v, shape (m, dim + 4), if a v was given
+    Status status = Status::ok;
+};
+
+/// Which derivatives are wanted.
+struct Directions {
+    std::array<int, 2> active{-1, -1}; ///< indices of parameters a and b; -1: none
+    const Vector* v = nullptr;         ///< direction of a second derivative, shape (dim + 4,)
+};
+
+/// A scalar function of a point, with its derivatives along a flow.
+struct Quantity {
+    enum class Kind : unsigned char {
+        h,      ///< the switching function, along the field of side `side`
+        margin, ///< 1 + s (side -1) or 1 - s (side +1), along the sliding field
+    };
+    Kind kind = Kind::h;
+    int side = -1;
+    int order = 0; ///< which derivative along the flow, time included; 0 to 3
+};
+
+/// An event of a run.
+struct Happening {
+    EventKind kind{};
+    double t = 0;
+    Vector x;
+    int before = 0, after = 0; ///< modes
+    double s = 0;
+};
+
+/// A run with its events.
+struct History {
+    Status status = Status::ok;
+    std::string message;
+    double t = 0; ///< at the end
+    Vector x;
+    int mode = 0;
+    std::vector<Happening> events; ///< changes of mode, grazings and extrema
+    Counters counters{};
+};
+
+/// A run that may end at an event: where it starts, and what ends it.
+struct Leg {
+    double t0 = 0;
+    Vector x;
+    double t_end = 0;
+    int boundary = 0; ///< it starts at the end of a slide, at s = -1 or +1; 0: nothing is known
+    std::function<bool(const Happening&)> ends{}; ///< asked at every event; may be empty
+    std::function<bool()> interrupted{};          ///< asked now and then; may be empty
+};
+
+/// What came of it, with derivatives.
+struct Journey {
+    Status status = Status::ok; ///< `event` if an event ended it
+    std::string message;
+    Jet end;               ///< (x, t) at the end, m = dim + 1; NaN slopes where singular
+    std::string word;      ///< the modes passed through, as `-`, `0` and `+`
+    int slides = 0;        ///< how many of them slide
+    bool singular = false; ///< an event was tangential within the tolerance
+};
+
+/// A least distance inside a segment.
+struct Least {
+    double t = 0;
+    Vector x;
+    double value = 0;
+    int side = 0; ///< in a slide: the boundary s = side; off the surface: the side itself
+};
+
+/// A period and its derivatives with respect to two parameters.
+struct PeriodJet {
+    double value = 0;
+    std::array<double, 2> slope{};
+    std::array<std::array<double, 2>, 2> bend{};
+};
+
+/// How exactly an AnySystem computes.
+struct Precision {
+    double rtol = 1e-12;
+    double atol = 1e-13;              ///< units of x
+    long long max_steps = 10'000'000; ///< in one run
+    /// May be empty. Asked now and then; from true on arcs and runs end with `interrupted`.
+    std::function<bool()> interrupted{};
+};
+
+/// See the top of the file. Modes are -1, +1 and 0 (sliding) of the one surface.
+class AnySystem {
+public:
+    virtual ~AnySystem() = default;
+    AnySystem() = default;
+    AnySystem(const AnySystem&) = delete;
+    AnySystem& operator=(const AnySystem&) = delete;
+
+    virtual int dim() const = 0;
+    virtual std::vector<std::string> params() const = 0;
+    virtual Vector defaults() const = 0;
+    /// True if the fields repeat with a period.
+    virtual bool forced() const = 0;
+    /// The period with its derivatives with respect to a and b; zeros if there is none.
+    virtual PeriodJet period(const Vector& p, const Directions& along) const = 0;
+
+    /// Sliding is kept while |s| is below this: 1, or more with static friction.
+    virtual double s_max(const Vector& p) const = 0;
+
+    /// The field of a mode at a point.
+    virtual Vector field(int mode, double t, const Vector& x, const Vector& p) const = 0;
+    /// The same with derivatives (t0 is its time; t1 plays no part); m = dim.
+    virtual Jet rate(int mode, double t, const Vector& x, const Vector& p,
+                     const Directions& along) const = 0;
+    /// A quantity at a point (t0 is its time; t1 plays no part); m = 1.
+    virtual Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
+                         const Directions& along) const = 0;
+    /// x(t1) of a forced mode from x at t0; m = dim. Any sign of t1 - t0.
+    virtual Jet arc(int mode, double t0, const Vector& x, double t1, const Vector& p,
+                    const Directions& along) const = 0;
+    /// (h(t1) - sum_k<order h^(k) tau^k/k!) / tau^order along the field of a side, tau = t1 - t0,
+    /// by its Taylor series at t0: what is left of h when its roots at the start are divided out;
+    /// m = 1. No value if tau is too long for the series to be exact to rounding, nor second
+    /// derivatives.
+    virtual std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
+                                    const Vector& p, const Directions& along) const = 0;
+    /// Interior minima along a forced mode: of |h| off the surface, of 1 + s and 1 - s on it.
+    virtual std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
+                                      const Vector& p) const = 0;
+    /// The solution from x at t0 to t_end.
+    virtual History run(double t0, const Vector& x, double t_end, const Vector& p) const = 0;
+    /// The same with derivatives of its end, which may be an event.
+    virtual Journey journey(const Leg& leg, const Vector& p, const Directions& along) const = 0;
+    /// True if the caller has asked to stop. What arcs and runs gave since then is of no use.
+    virtual bool interrupted() const = 0;
+
+    /// Steps taken so far, in all arcs and runs, and evaluations of a field.
+    virtual Counters counters() const = 0;
+};
+
+namespace detail {
+
+/// Taylor series long enough for short arcs.
+inline constexpr int rise_order = 9;
+
+template <class Sys, class Tableau> class ErasedSystem final : public AnySystem {
+    static_assert(surfaces_v<Sys> == 1,
+                  "filippov: the analysis of orbits is for systems with one surface");
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int P = params_v<Sys>;
+    static constexpr int K = N + 4;
+    using X = Vec<double, N>;
+
+public:
+    ErasedSystem(Sys sys, const Precision& precision)
+        : sys_(std::move(sys)), interrupted_(precision.interrupted) {
+        settings_.rtol = precision.rtol;
+        settings_.atol = AbsoluteTolerance<double, N>(precision.atol);
+        settings_.max_steps = precision.max_steps;
+        validate(settings_);
+    }
+
+    int dim() const override { return N; }
+    std::vector<std::string> params() const override {
+        if constexpr (P > 0)
+            return {Sys::params.begin(), Sys::params.end()};
+        else
+            return {};
+    }
+    Vector defaults() const override { return default_params<Sys>(); }
+    bool forced() const override { return HasPeriod<Sys, double>; }
+    PeriodJet period(const Vector& p, const Directions& along) const override {
+        using Inner = Dual<double, 2>;
+        using D = Dual<Inner, 2>;
+        Vec<D, P> q;
+        for (int i = 0; i < P; ++i)
+            q[i] = D(p[i]);
+        for (int k = 0; k < 2; ++k)
+            if (const int i = along.active[std::size_t(k)]; i >= 0) {
+                q[i] = D(Inner::variable(p[i], k));
+                q[i].d[std::size_t(k)] = Inner(1);
+            }
+        const D T = filippov::period(sys_, q);
+        PeriodJet jet;
+        jet.value = T.v.v;
+        for (std::size_t k = 0; k < 2; ++k) {
+            jet.slope[k] = T.d[k].v;
+            jet.bend[k] = T.d[k].d;
+        }
+        return jet;
+    }
+    double s_max(const Vector& p) const override {
+        return filippov::s_max(sys_, Vec<double, P>(p));
+    }
+    Vector field(int mode, double t, const Vector& x, const Vector& p) const override {
+        return field_of(mode)(t, X(x), Vec<double, P>(p));
+    }
+
+    Jet rate(int mode, double t, const Vector& x, const Vector& p,
+             const Directions& along) const override {
+        return with_scalar(along, [&]<class D>(const D*) {
+            const Vec<D, N> f = field_of(mode)(time_of<D>(t, N, along), state_of<D>(x, along),
+                                               params_of<D>(p, along));
+            return jet(f, along);
+        });
+    }
+    Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
+                 const Directions& along) const override {
+        return with_scalar(along, [&]<class D>(const D*) {
+            const auto value = quantity_of(q, time_of<D>(t, N, along), state_of<D>(x, along),
+                                           params_of<D>(p, along));
+            return jet(Vec<D, 1>(value), along);
+        });
+    }
+
+    Jet arc(int mode, double t0, const Vector& x, double t1, const Vector& p,
+            const Directions& along) const override {
+        if (!finite(t0, x, t1, p))
+            return nowhere();
+        return with_scalar(along, [&]<class D>(const D*) {
+            Mode<1> m;
+            m.set(0, mode);
+            const auto r = segment<Tableau>(sys_, params_of<D>(p, along), m, state_of<D>(x, along),
+                                            time_of<D>(t0, N, along), time_of<D>(t1, N + 1, along),
+                                            settings_, interrupted_);
+            add(r.run.counters);
+            Jet result = jet(r.x, along);
+            result.status = r.run.status;
+            return result;
+        });
+    }
+
+    std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
+                            const Vector& p, const Directions& along) const override {
+        const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(), local(t0, p), X(x),
+                                                       Vec<double, P>(p));
+        const double tau = std::abs(t1 - t0);
+        // The last two terms stand for the remainder.
+        double largest = 0, last = 0, factor = 1;
+        for (int k = 1; k <= rise_order; ++k) {
+            factor *= k > order ? tau / k : 1.0 / k;
+            if (k < order)
+                continue;
+            const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
+            largest = std::max(largest, term);
+            if (k >= rise_order - 1)
+                last = std::max(last, term);
+        }
+        if (along.v != nullptr || !(last <= 1e-16 * largest))
+            return std::nullopt;
+        return [&]<class D>(const D*) {
+            const D start = time_of<D>(t0, N, along), end = time_of<D>(t1, N + 1, along);
+            const auto c = lie_derivatives<rise_order>(
+                field_of(side), h_of(), start, state_of<D>(x, along), params_of<D>(p, along));
+            const D dt = end - start;
+            D sum(0.0), power(1.0);
+            double factorial = 1;
+            for (int k = 1; k <= rise_order; ++k) {
+                factorial *= k;
+                if (k < order)
+                    continue;
+                sum += c[std::size_t(k - 1)] * power * (1 / factorial);
+                power = power * dt;
+            }
+            return jet(Vec<D, 1>(sum), along);
+        }(static_cast<const Dual<double, K>*>(nullptr));
+    }
+
+    std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
+                              const Vector& p) const override {
+        if (!finite(t0, x, t1, p))
+            return {};
+        Mode<1> m;
+        m.set(0, mode);
+        const Vec<double, P> q(p);
+        std::vector<Sample> samples;
+        const auto keep = [&](const Clock<double>& clock, double dt, const X& y) {
+            const double t = clock.local + dt;
+            Sample sample{clock.absolute() + dt, y, {0, 0}};
+            if (mode != 0) {
+                sample.value[0] = mode * sys_.h(t, y, q);
+            } else {
+                const auto margin = sliding_margin(sys_, m, t, y, q);
+                sample.value = {margin.below, margin.above};
+            }
+            samples.push_back(sample);
+        };
+        Listener<double, N, 1> listener;
+        listener.stop = interrupted_;
+        listener.step = [&](const auto& step, const auto& path) {
+            if (samples.empty())
+                keep(step.clock, 0.0, step.x0);
+            for (int k = 1; k <= 8; ++k)
+                keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
+        };
+        add(segment<Tableau>(sys_, q, m, X(x), t0, t1, -1, settings_, listener).counters);
+        std::vector<Least> found;
+        if (mode != 0) {
+            collect(samples, 0, mode, found);
+        } else {
+            collect(samples, 0, -1, found);
+            collect(samples, 1, +1, found);
+        }
+        return found;
+    }
+
+    History run(double t0, const Vector& x, double t_end, const Vector& p) const override {
+        History history;
+        Listener<double, N, 1> listener;
+        listener.stop = interrupted_;
+        listener.step = [](const auto&, const auto&) {};
+        listener.event = [&](const Event<double, N, 1>& e) {
+            if (e.kind != EventKind::start && e.kind != EventKind::end)
+                history.events.push_back(happening(e));
+        };
+        const auto r = flow<Tableau>(sys_, Vec<double, P>(p), X(x), t0, t_end, settings_, listener);
+        add(r.counters);
+        history.status = r.status;
+        history.message = r.message();
+        history.t = r.t;
+        history.x = r.x;
+        history.mode = r.mode[0];
+        history.counters = r.counters;
+        return history;
+    }
+
+    Journey journey(const Leg& leg, const Vector& p, const Directions& along) const override {
+        using D = Dual<double, K>;
+        Journey journey;
+        Traveller traveller{leg, journey};
+        KnownStart<1> known;
+        if (leg.boundary != 0)
+            known.guard = leg.boundary < 0 ? Guard<1>::below(0) : Guard<1>::above(0);
+        const auto r = flow<Tableau>(
+            sys_, params_of<D>(p, along), state_of<D>(leg.x, along), time_of<D>(leg.t0, N, along),
+            time_of<D>(leg.t_end, N + 1, along), settings_, traveller, Sections<>{}, known);
+        add(r.run.counters);
+        journey.status = r.run.status;
+        journey.message = r.run.message();
+        journey.singular = r.singular;
+        Vec<D, N + 1> end;
+        for (int i = 0; i < N; ++i)
+            end[i] = r.x[i];
+        end[N] = r.t;
+        journey.end = jet(end, along);
+        journey.end.status = r.run.status;
+        return journey;
+    }
+
+    bool interrupted() const override { return interrupted_ && interrupted_(); }
+    Counters counters() const override { return counters_; }
+
+private:
+    /// Observer of a journey.
+    struct Traveller {
+        static constexpr bool wants_steps = false;
+        const Leg& leg;
+        Journey& journey;
+
+        void on_event(const Event<double, N, 1>& e) {
+            if (e.kind == EventKind::end)
+                return;
+            if (e.kind != EventKind::start && e.mode_before == e.mode_after)
+                return;
+            const int mode = e.mode_after[0];
+            journey.word += mode < 0 ? '-' : mode > 0 ? '+' : '0';
+            journey.slides += mode == 0;
+        }
+        bool ends_at(const Event<double, N, 1>& e) { return leg.ends && leg.ends(happening(e)); }
+        bool interrupted() { return leg.interrupted && leg.interrupted(); }
+    };
+    static Happening happening(const Event<double, N, 1>& e) {
+        return {e.kind, e.t, e.x_left, e.mode_before[0], e.mode_after[0], e.s};
+    }
+    /// An iteration may go anywhere; a run that cannot begin is a status like any other.
+    static bool finite(double t0, const Vector& x, double t1, const Vector& p) {
+        return x.allFinite() && p.allFinite() && std::isfinite(t0) && std::isfinite(t1);
+    }
+    static Jet nowhere() {
+        constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+        return {Vector::Constant(N, nan), Matrix::Constant(N, K, nan), Matrix::Constant(N, K, nan),
+                Status::not_finite};
+    }
+    /// A point of a forced segment.
+    struct Sample {
+        double t;
+        X x;
+        std::array<double, 2> value; ///< |h|; or 1 + s and 1 - s
+    };
+    static void collect(const std::vector<Sample>& samples, std::size_t which, int side,
+                        std::vector<Least>& found) {
+        for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+            const Sample &a = samples[i - 1], &b = samples[i], &c = samples[i + 1];
+            const double ga = a.value[which], gb = b.value[which], gc = c.value[which];
+            if (!(gb < ga && gb <= gc))
+                continue;
+            // the vertex of the parabola through three points
+            const double u = a.t - b.t, w = c.t - b.t;
+            const double ka = (ga - gb) / u, kc = (gc - gb) / w;
+            const double bend = (kc - ka) / (w - u), slope = ka - bend * u;
+            const double dt = bend > 0 ? std::clamp(-slope / (2 * bend), u, w) : 0.0;
+            Least least;
+            least.t = b.t + dt;
+            const double theta = dt < 0 ? dt / u : dt / w;
+            least.x = b.x + theta * ((dt < 0 ? a.x : c.x) - b.x);
+            least.value = gb + dt * (slope + bend * dt);
+            least.side = side;
+            found.push_back(least);
+        }
+    }
+
+    auto field_of(int mode) const {
+        return [this, mode](const auto& t, const auto& x, const auto& p) {
+            Mode<1> m;
+            m.set(0, mode);
+            return mode == 0 ? sliding(sys_, m, t, x, p).f : side_field(sys_, m, t, x, p);
+        };
+    }
+    auto h_of() const {
+        return [this](const auto& t, const auto& x, const auto& p) { return sys_.h(t, x, p); };
+    }
+    template <class D>
+    D quantity_of(const Quantity& q, const D& t, const Vec<D, N>& x, const Vec<D, P>& p) const {
+        const auto margin = [&](const auto& time, const auto& y, const auto& r) {
+            const auto m = sliding_margin(sys_, Mode<1>{}, time, y, r);
+            return q.side < 0 ? m.below : m.above;
+        };
+        const bool is_h = q.kind == Quantity::Kind::h;
+        if (q.order == 0)
+            return is_h ? D(sys_.h(t, x, p)) : D(margin(t, x, p));
+        // Curves of folds and flips, which want second derivatives, have conditions of order 1.
+        constexpr int highest = nesting_v<D> == 2 ? 1 : 3;
+        if (q.order > highest)
+            throw std::logic_error("filippov: no second derivatives of this quantity");
+        const auto all = is_h ? lie_derivatives<highest>(field_of(q.side), h_of(), t, x, p)
+                              : lie_derivatives<highest>(field_of(0), margin, t, x, p);
+        return all[std::size_t(q.order - 1)];
+    }
+
+    // --- seeds and jets ------------------------------------------------------------------------
+
+    template <class Use> Jet with_scalar(const Directions& along, Use use) const {
+        if (along.v == nullptr)
+            return use(static_cast<const Dual<double, K>*>(nullptr));
+        return use(static_cast<const Dual<Dual<double, 1>, K>*>(nullptr));
+    }
+    template <class D> static D variable(double value, int i, const Directions& along) {
+        D x(value);
+        x.d[std::size_t(i)] = 1.0;
+        if constexpr (nesting_v<D> == 2)
+            x.v.d[0] = (*along.v)[i];
+        return x;
+    }
+    /// Local time within the period: what the fields see.
+    double local(double t, const Vector& p) const {
+        return Clock<double>::at(t, filippov::period(sys_, Vec<double, P>(p))).local;
+    }
+    template <class D> static D time_of(double t, int i, const Directions& along) {
+        return variable<D>(t, i, along);
+    }
+    template <class D> static Vec<D, N> state_of(const Vector& x, const Directions& along) {
+        Vec<D, N> y;
+        for (int i = 0; i < N; ++i)
+            y[i] = variable<D>(x[i], i, along);
+        return y;
+    }
+    template <class D> static Vec<D, P> params_of(const Vector& p, const Directions& along) {
+        Vec<D, P> q;
+        for (int i = 0; i < P; ++i)
+            q[i] = D(p[i]);
+        for (int k = 0; k < 2; ++k)
+            if (const int i = along.active[std::size_t(k)]; i >= 0)
+                q[i] = variable<D>(p[i], N + 2 + k, along);
+        return q;
+    }
+    template <class D, int R> static Jet jet(const Vec<D, R>& value, const Directions& along) {
+        Jet result;
+        result.value.resize(R);
+        result.slope.resize(R, K);
+        if (along.v != nullptr)
+            result.bend.resize(R, K);
+        for (int r = 0; r < R; ++r) {
+            result.value[r] = value_of(value[r]);
+            for (int k = 0; k < K; ++k) {
+                const auto& d = value[r].d[std::size_t(k)];
+                result.slope(r, k) = value_of(d);
+                if constexpr (nesting_v<D> == 2)
+                    result.bend(r, k) = d.d[0];
+            }
+        }
+        return result;
+    }
+    void add(const Counters& c) const {
+        counters_.steps += c.steps;
+        counters_.rejected += c.rejected;
+        counters_.field += c.field;
+    }
+
+    Sys sys_;
+    Settings<double, N> settings_;
+    std::function<bool()> interrupted_;
+    mutable Counters counters_{};
+};
+
+} // namespace detail
+
+/// Forgets the type of a system with one surface.
+template <class Tableau = DormandPrince8, class Sys>
+std::shared_ptr<const AnySystem> any_system(const Sys& sys, const Precision& precision = {}) {
+    require_system<Sys>();
+    return std::make_shared<const detail::ErasedSystem<Sys, Tableau>>(sys, precision);
+}
+
+} // namespace filippov

@@ -1,0 +1,526 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Branches of periodic orbits over one parameter, through folds and sliding bifurcations.
+#pragma once
+
+#include <filippov/bifurcation.hpp>
+
+#include <map>
+
+namespace filippov {
+
+/// A point of a branch.
+struct BranchPoint {
+    Cycle cycle;
+    std::vector<std::complex<double>> multipliers;
+
+    bool stable() const {
+        const auto inside = [](const auto& m) { return std::abs(m) < 1; };
+        const auto n = std::count_if(multipliers.begin(), multipliers.end(), inside);
+        // an autonomous system has one multiplier 1
+        const auto ones = std::count(multipliers.begin(), multipliers.end(), 1.0);
+        return n + std::min<std::ptrdiff_t>(ones, 1) == std::ptrdiff_t(multipliers.size());
+    }
+};
+
+/// A bifurcation that was located.
+struct SpecialPoint {
+    Kind kind{};
+    Cycle cycle;             ///< the orbit, with a node where it bifurcates
+    std::size_t node = 0;    ///< that node, for sliding bifurcations
+    int side = 0;            ///< the boundary of the sliding region that is met: s = side
+    std::string word_before; ///< in the direction of the branch
+    std::string word_after;
+    std::vector<std::pair<std::string, double>> conditions; ///< names and residuals
+    /// At the bifurcation, on the side of the word with fewer segments; and on the other side,
+    /// where those of a grazing-sliding bifurcation jump.
+    std::vector<std::complex<double>> multipliers, multipliers_child;
+    std::string border_class; ///< of a grazing-sliding bifurcation, see border_collision()
+    Convergence convergence;
+};
+
+/// A branch, from one end to the other.
+struct Branch {
+    std::vector<BranchPoint> points;
+    std::vector<SpecialPoint> special;
+    Status status = Status::ok; ///< of the end that went worse
+    std::string begin, end;     ///< why it ends there
+    long long corrections = 0;  ///< Newton iterations, each one flow with derivatives
+};
+
+/// How a branch is followed.
+struct BranchSettings {
+    double first_step = 0.01; ///< in units of the orbit's size and the bounds' width
+    double max_step = 0.05;
+    double min_step = 1e-7;
+    int max_points = 2000; ///< in each direction
+    /// May be empty. Called with the number of points so far, in both directions together.
+    std::function<void(std::size_t points)> progress{};
+};
+
+namespace detail {
+
+/// The residuals that the chapter lists, (4.24)-(4.29), in the signs of this library.
+inline std::vector<std::pair<std::string, double>>
+conditions_at(const AnySystem& system, const Cycle& c, std::size_t node, int side) {
+    using K = Quantity::Kind;
+    const auto at = [&](K kind, int order) {
+        return system.quantity({kind, side, order}, c.t[node], c.x[node], c.p, {}).value[0];
+    };
+    const std::string L = side < 0 ? "L1" : "L2";
+    return {{"h", at(K::h, 0)},
+            {side < 0 ? "1 + s" : "1 - s", at(K::margin, 0)},
+            {L, at(K::h, 1)},
+            {L + "'", at(K::h, 2)},
+            {L + "''", at(K::h, 3)}};
+}
+
+/// Crossing and switching have the same equation; what follows where L' pushes tells them apart.
+inline Kind named(const SlidingCondition& s,
+                  const std::vector<std::pair<std::string, double>>& conditions) {
+    if (s.kind != Kind::switching_sliding && s.kind != Kind::crossing_sliding)
+        return s.kind;
+    return s.side * conditions[3].second < 0 ? Kind::switching_sliding : Kind::crossing_sliding;
+}
+
+} // namespace detail
+
+/// Follows periodic orbits over one parameter.
+class BranchTracer {
+public:
+    BranchTracer(const AnySystem& system, int parameter, double low, double high,
+                 const BranchSettings& settings = {})
+        : system_(system), parameter_(parameter), low_(low), high_(high), settings_(settings) {}
+
+    /// The branch through a solved cycle, in both directions.
+    Branch trace(const Cycle& start) {
+        Branch backward, forward;
+        start_ = start;
+        run(start, -1, backward, 0);
+        // the start is the first point of both
+        const std::size_t once = backward.points.empty() ? 0 : 1;
+        if (backward.end == closed)
+            forward.end = closed;
+        else
+            run(start, +1, forward, backward.points.size() - once);
+        Branch all;
+        all.points.assign(backward.points.rbegin(), backward.points.rend());
+        for (auto s = backward.special.rbegin(); s != backward.special.rend(); ++s) {
+            std::swap(s->word_before, s->word_after);
+            all.special.push_back(*s);
+        }
+        if (!forward.points.empty())
+            all.points.insert(all.points.end(), forward.points.begin() + std::ptrdiff_t(once),
+                              forward.points.end());
+        all.special.insert(all.special.end(), forward.special.begin(), forward.special.end());
+        all.begin = backward.end;
+        all.end = forward.end;
+        all.status = backward.status != Status::ok ? backward.status : forward.status;
+        all.corrections = backward.corrections + forward.corrections;
+        return all;
+    }
+
+private:
+    static constexpr const char* closed = "the branch is closed: it comes back to its start";
+
+    /// Where the tracer is: a point of a word's curve with its tangent.
+    struct Place {
+        Shooting shooting;
+        Arclength curve;
+        Vector z, t;
+        bool fresh = false; ///< no point of its word is on the branch yet
+
+        double slope() const { return t[t.size() - 1]; }
+        double parameter() const { return z[z.size() - 1]; }
+    };
+
+    static Equations equations_of(const Shooting& shooting) {
+        return [&shooting](const Vector& z, Vector& F, Matrix& J) {
+            auto e = shooting.evaluate(z);
+            F = std::move(e.F);
+            J = std::move(e.J);
+            return e.status == Status::ok;
+        };
+    }
+    Vector scales(const Shooting& shooting, const Cycle& c) const {
+        Vector scale = shooting.scales(c);
+        scale[scale.size() - 1] = high_ - low_;
+        return scale;
+    }
+    /// A place on the curve of the cycle's word; `like` orients the tangent.
+    std::optional<Place> place(const Cycle& c,
+                               const std::function<double(const Vector&)>& forward) {
+        auto shooting = std::make_shared<Shooting>(system_, c, std::array<int, 2>{parameter_, -1});
+        const Vector scale = scales(*shooting, c);
+        Place p{*shooting,
+                Arclength([shooting](const Vector& z, Vector& F,
+                                     Matrix& J) { return equations_of(*shooting)(z, F, J); },
+                          scale),
+                shooting->pack(c), Vector(), false};
+        if (!p.curve.tangent_at(p.z, Vector::Unit(p.z.size(), p.z.size() - 1), p.t))
+            return std::nullopt;
+        if (forward(scale.cwiseProduct(p.t)) < 0)
+            p.t = -p.t;
+        return p;
+    }
+
+    BranchPoint point_of(const Cycle& c, const std::vector<Jet>& arcs = {}) const {
+        BranchPoint p{c, floquet(system_, c, arcs)};
+        detail::normalize(system_, p.cycle);
+        return p;
+    }
+
+    /// True if the branch ends because the caller asks to stop.
+    bool stopped(Branch& branch) const {
+        if (!system_.interrupted())
+            return false;
+        branch.status = Status::interrupted;
+        branch.end = message(Status::interrupted);
+        return true;
+    }
+
+    void run(const Cycle& start, int direction, Branch& branch, std::size_t points_before) {
+        const auto tell = [&] {
+            if (settings_.progress)
+                settings_.progress(points_before + branch.points.size());
+        };
+        if (stopped(branch))
+            return;
+        auto here = place(start, [&](const Vector& dz) { return direction * dz[dz.size() - 1]; });
+        if (!here) {
+            branch.status = Status::not_finite;
+            branch.end = "the start cannot be evaluated";
+        } else {
+            branch.points.push_back(point_of(start));
+            tell();
+        }
+        if (stopped(branch) || !here)
+            return;
+        double ds = settings_.first_step;
+        for (int k = 0; k < settings_.max_points; ++k) {
+            const bool goes_on = advance(*here, ds, branch);
+            tell();
+            if (stopped(branch) || !goes_on)
+                return;
+        }
+        branch.status = Status::max_steps;
+        branch.end = "max_points reached";
+    }
+
+    /// One step, whatever it meets; false at the end of the branch.
+    bool advance(Place& here, double& ds, Branch& branch) {
+        std::string trouble = "Newton's iteration does not converge";
+        for (; ds >= settings_.min_step; ds /= 2) {
+            Vector z = here.z;
+            Matrix J;
+            const Convergence c = here.curve.step(z, J, here.t, ds);
+            branch.corrections += c.iterations;
+            if (!c.ok())
+                continue;
+            const Vector t = here.curve.tangent(J, here.t);
+            if (!(t.dot(here.t) > 0.9))
+                continue;
+            const Cycle cycle = here.shooting.unpack(z);
+            const double value = z[z.size() - 1];
+            if (!(value >= low_ && value <= high_))
+                return finish_at_bound(here, z, branch);
+            if (passes_start(here, cycle)) {
+                branch.points.push_back(point_of(start_));
+                branch.end = closed;
+                return false;
+            }
+            std::vector<Test> failed = failures(cycle);
+            if (!failed.empty()) {
+                const auto outcome = bifurcate(here, cycle, failed, branch, trouble);
+                if (outcome == Outcome::retry)
+                    continue;
+                ds =
+                    std::min(ds, 0.1 * settings_.first_step); // to see what happens right behind it
+                return outcome == Outcome::switched;
+            }
+            BranchPoint next = point_of(cycle, here.shooting.arcs_in(J));
+            smooth_bifurcations(here, t, ds, branch, next);
+            if (system_.interrupted())
+                return false;
+            branch.points.push_back(std::move(next));
+            here.z = z;
+            here.t = t;
+            here.fresh = false;
+            if (c.iterations <= 3)
+                ds = std::min(1.5 * ds, settings_.max_step);
+            return true;
+        }
+        branch.status = Status::not_converged;
+        branch.end = trouble;
+        return false;
+    }
+
+    /// True if the step from `here` to a cycle of the same word goes through the start again.
+    bool passes_start(const Place& here, const Cycle& to) {
+        const double value = start_.p[parameter_], from = here.parameter(), past = to.p[parameter_];
+        if (!((from - value) * (past - value) < 0) || to.size() != start_.size())
+            return false;
+        const double fraction = (value - from) / (past - from);
+        Cycle c = here.shooting.unpack(here.z + fraction * (here.shooting.pack(to) - here.z));
+        c.p = start_.p;
+        return shoot(system_, c).ok() && same_orbit(c, start_);
+    }
+    /// True if two cycles are one orbit, wherever they are cut.
+    bool same_orbit(const Cycle& a, const Cycle& b) const {
+        const Vector scale = Shooting(system_, b).scales(b);
+        const auto d = system_.dim();
+        for (std::size_t k = 0; a.turns == b.turns && k < a.size(); ++k) {
+            const Cycle r = detail::rotated(a, k);
+            const double T = b.period / b.turns, apart = r.t[0] - b.t[0];
+            const double shift = system_.forced() ? T * std::round(apart / T) : apart;
+            bool same = r.word == b.word;
+            for (std::size_t i = 0; same && i < b.size(); ++i)
+                same = std::abs(r.t[i] - shift - b.t[i]) < 1e-7 * b.period &&
+                       (r.x[i] - b.x[i]).cwiseQuotient(scale.head(d)).norm() < 1e-7;
+            if (same)
+                return true;
+        }
+        return false;
+    }
+
+    std::vector<Test> failures(const Cycle& c) const {
+        std::vector<Test> failed;
+        for (const Test& test : tests(system_, c))
+            if (!(test.value > -1e-13))
+                failed.push_back(test);
+        return failed;
+    }
+
+    bool finish_at_bound(const Place& here, const Vector& z, Branch& branch) {
+        const double value = z[z.size() - 1], bound = value < low_ ? low_ : high_;
+        const double fraction = (bound - here.parameter()) / (value - here.parameter());
+        Cycle c = here.shooting.unpack(here.z + fraction * (z - here.z));
+        c.p[parameter_] = bound;
+        const Convergence converged = shoot(system_, c);
+        branch.corrections += converged.iterations;
+        if (converged.ok())
+            branch.points.push_back(point_of(c));
+        branch.end = "bound of the parameter";
+        return false;
+    }
+
+    enum class Outcome : unsigned char { retry, switched, ended };
+
+    /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
+    Outcome bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
+                      Branch& branch, std::string& trouble) {
+        const Test* cause = cause_of(failed, beyond.size());
+        if (cause == nullptr) {
+            trouble = "several bifurcations at once";
+            return Outcome::retry;
+        }
+        const Cycle before = here.shooting.unpack(here.z);
+        auto condition = condition_of(nearer(before, beyond, *cause), *cause);
+        if (!condition) {
+            trouble = "the orbit touches the surface where it is crossed: no orbit of any word "
+                      "goes on";
+            return Outcome::retry;
+        }
+        const Convergence c = solve(*condition);
+        branch.corrections += c.iterations;
+        const double value = condition->cycle.p[parameter_];
+        const double from = here.parameter(), to = beyond.p[parameter_];
+        const double slack = 0.1 * std::abs(to - from) + 1e-9 * (high_ - low_);
+        if (!c.ok() ||
+            !(value >= std::min(from, to) - slack && value <= std::max(from, to) + slack)) {
+            trouble = "a bifurcation could not be located";
+            return Outcome::retry;
+        }
+        if (system_.interrupted())
+            return Outcome::ended;
+        const bool born = cause->what != Test::What::duration;
+        SpecialPoint special = describe(*condition, c);
+        special.word_before = before.word.string();
+        std::optional<Place> next = born ? child(*condition) : parent(*condition);
+        if (next)
+            special.word_after = next->shooting.word().string();
+        branch.special.push_back(special);
+        if (!next) {
+            branch.end = "no orbit continues beyond this bifurcation";
+            return Outcome::ended;
+        }
+        here = *next;
+        here.fresh = true;
+        return Outcome::switched;
+    }
+
+    /// The cycle between the last good and the first bad one where a test vanishes, to first order.
+    Cycle nearer(const Cycle& before, const Cycle& beyond, const Test& test) const {
+        double good = 0;
+        for (const Test& other : tests(system_, before))
+            if (other.what == test.what && other.i == test.i &&
+                other.least.side == test.least.side && (good == 0 || other.value < good))
+                good = other.value;
+        const double fraction = good > 0 ? good / (good - test.value) : 1.0;
+        Cycle c = before;
+        for (std::size_t i = 0; i < c.size(); ++i) {
+            c.t[i] += fraction * (beyond.t[i] - before.t[i]);
+            c.x[i] += fraction * (beyond.x[i] - before.x[i]);
+        }
+        c.period += fraction * (beyond.period - before.period);
+        c.p += fraction * (beyond.p - before.p);
+        return c;
+    }
+
+    /// Newton on the shooting equations and the condition, the parameter free.
+    Convergence solve(SlidingCondition& s) const {
+        const Shooting shooting(system_, s.cycle, {parameter_, -1});
+        Vector z = shooting.pack(s.cycle);
+        Matrix J;
+        const Convergence c =
+            newton(equations_with(shooting, s), scales(shooting, s.cycle), z, J, 1e-13);
+        if (c.ok())
+            s.cycle = shooting.unpack(z);
+        return c;
+    }
+
+    /// Names the bifurcation by its conditions (model of the chapter, (4.24)-(4.29), in our signs).
+    SpecialPoint describe(SlidingCondition& s, const Convergence& c) const {
+        SpecialPoint special;
+        special.conditions = detail::conditions_at(system_, s.cycle, s.node, s.side);
+        s.kind = detail::named(s, special.conditions);
+        special.kind = s.kind;
+        special.cycle = s.cycle;
+        special.node = s.node;
+        special.side = s.side;
+        special.convergence = c;
+        special.multipliers = floquet(system_, parent_of(s));
+        special.multipliers_child = special.multipliers;
+        if (s.kind == Kind::grazing_sliding) {
+            special.multipliers_child = floquet_of_grazing_child(system_, s);
+            special.border_class = border_collision(special.multipliers, special.multipliers_child);
+        }
+        return special;
+    }
+
+    /// The curve of the word with one segment more, in the direction in which that grows.
+    std::optional<Place> child(const SlidingCondition& s) {
+        if (s.kind == Kind::grazing_sliding) {
+            const double far = system_
+                                   .quantity({Quantity::Kind::h, -s.side, 1}, s.cycle.t[s.node],
+                                             s.cycle.x[s.node], s.cycle.p, {})
+                                   .value[0];
+            if (!(s.side * far > 0))
+                return std::nullopt;
+        }
+        const Cycle c = child_of(s);
+        const Shooting shape(system_, c, {parameter_, -1});
+        return place(c, [&](const Vector& dz) { return shape.growth(0, dz); });
+    }
+    /// The curve of the word with one segment less, in the direction in which it becomes right.
+    std::optional<Place> parent(const SlidingCondition& s) {
+        auto augmented = place(s.cycle, [&](const Vector& dz) {
+            const Shooting shape(system_, s.cycle, {parameter_, -1});
+            const auto [value, gradient] = shape.at_node(shape.pack(s.cycle), s.node, s.vanishes());
+            int sign = 1;
+            if (s.kind == Kind::grazing_sliding || s.kind == Kind::crossing_sliding)
+                sign = s.side;
+            else if (s.kind == Kind::switching_sliding)
+                sign = -s.side;
+            return sign * gradient.dot(dz);
+        });
+        if (!augmented)
+            return std::nullopt;
+        SlidingCondition moved = s;
+        moved.cycle = augmented->shooting.unpack(
+            augmented->z + 1e-3 * augmented->curve.scale().cwiseProduct(augmented->t));
+        const Cycle at = parent_of(s), later = parent_of(moved);
+        const Shooting shape(system_, at, {parameter_, -1});
+        const Vector direction = shape.pack(later) - shape.pack(at);
+        const Vector scale = scales(shape, at);
+        return place(at, [&](const Vector& dz) {
+            return direction.cwiseQuotient(scale).dot(dz.cwiseQuotient(scale));
+        });
+    }
+
+    // --- fold, flip, Neimark-Sacker ------------------------------------------------------------
+
+    static double flip_test(const std::vector<std::complex<double>>& m) {
+        std::complex<double> product = 1;
+        for (const auto& v : m)
+            product *= v + 1.0;
+        return product.real();
+    }
+    /// |mu|^2 - 1 of the complex pair nearest to the unit circle; 1 if there is none.
+    static double torus_test(const std::vector<std::complex<double>>& m) {
+        double best = 1;
+        for (const auto& v : m)
+            if (v.imag() > 0 && std::abs(std::norm(v) - 1) < std::abs(best))
+                best = std::norm(v) - 1;
+        return best;
+    }
+
+    void smooth_bifurcations(const Place& here, const Vector& t, double ds, Branch& branch,
+                             const BranchPoint& next) {
+        // Where a segment is born the parameter may begin like the square of its length: a slope of
+        // nothing but rounding, and no fold.
+        if (std::abs(here.slope()) > 1e-9 && here.slope() * t[t.size() - 1] < 0)
+            locate(here, t, ds, Kind::fold, branch, next.multipliers);
+        if (here.fresh) // multipliers jump where the word changes
+            return;
+        const auto& before = branch.points.back().multipliers;
+        if (flip_test(before) * flip_test(next.multipliers) < 0)
+            locate(here, t, ds, Kind::flip, branch, next.multipliers);
+        const bool pairs = before.size() == next.multipliers.size() && torus_test(before) < 1 &&
+                           torus_test(next.multipliers) < 1;
+        if (pairs && torus_test(before) * torus_test(next.multipliers) < 0)
+            locate(here, t, ds, Kind::neimark_sacker, branch, next.multipliers);
+    }
+
+    void locate(const Place& here, const Vector& t, double ds, Kind kind, Branch& branch,
+                const std::vector<std::complex<double>>& after) {
+        const auto test = [kind](const std::vector<std::complex<double>>& m) {
+            return kind == Kind::flip ? flip_test(m) : torus_test(m);
+        };
+        const bool fold = kind == Kind::fold;
+        const auto value = [&](const Vector& z, const Matrix& J) {
+            if (fold) {
+                const Vector tangent = here.curve.tangent(J, here.t);
+                return tangent[tangent.size() - 1];
+            }
+            return test(floquet(system_, here.shooting.unpack(z)));
+        };
+        const auto& before = branch.points.back().multipliers;
+        const Located at =
+            zero_along(here.curve, here.z, here.t, ds, value, fold ? here.slope() : test(before),
+                       fold ? t[t.size() - 1] : test(after));
+        branch.corrections += at.convergence.iterations;
+        if (system_.interrupted())
+            return;
+        SpecialPoint special;
+        special.kind = kind;
+        special.convergence = at.convergence;
+        if (at.ok()) {
+            special.cycle = here.shooting.unpack(at.z);
+            special.multipliers = floquet(system_, special.cycle);
+            detail::normalize(system_, special.cycle);
+            if (fold)
+                special.conditions = {{"mu - 1", distance_to_one(special.multipliers)}};
+            else
+                special.conditions = {
+                    {kind == Kind::flip ? "det(M + 1)" : "|mu|^2 - 1", test(special.multipliers)}};
+        }
+        special.word_before = special.word_after = here.shooting.word().string();
+        branch.special.push_back(special);
+    }
+    /// Of the multiplier nearest to 1, but for the one that an autonomous system has anyway.
+    static double distance_to_one(const std::vector<std::complex<double>>& m) {
+        double best = std::numeric_limits<double>::infinity();
+        for (const auto& v : m)
+            if (std::abs(v - 1.0) > 0 || m.size() == 1)
+                best = std::min(best, std::abs(v - 1.0));
+        return best;
+    }
+
+    const AnySystem& system_;
+    int parameter_;
+    double low_, high_;
+    BranchSettings settings_;
+    Cycle start_;
+};
+
+} // namespace filippov

@@ -1,0 +1,614 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Curves of bifurcations in two parameters, and the points of codimension two on them.
+#pragma once
+
+#include <filippov/branch.hpp>
+
+#include <Eigen/SVD>
+
+namespace filippov {
+
+/// A rectangle in two parameters.
+struct Box {
+    std::array<int, 2> parameters{};
+    std::array<double, 2> low{}, high{};
+
+    double width(std::size_t k) const { return high[k] - low[k]; }
+};
+
+/// A curve of one kind of bifurcation.
+struct Curve {
+    Kind kind{};
+    std::vector<BranchPoint> points;
+    std::vector<SpecialPoint> special;
+    Status status = Status::ok; ///< of the end that went worse
+    std::string begin, end;     ///< why it ends there
+    long long corrections = 0;  ///< Newton iterations, each one flow with derivatives
+};
+
+/// Where a curve of bifurcations starts: an orbit that bifurcates, and how.
+struct CurveStart {
+    Kind kind{};
+    SlidingCondition condition; ///< of a sliding bifurcation
+    Cycle cycle;                ///< of a fold or a flip
+    /// A segment whose duration grows from zero along the curve, -1: both directions are wanted.
+    int growing = -1;
+    int growing_rate = 0; ///< +-1: the second derivative at the node grows in this direction
+};
+
+inline bool is_sliding(Kind kind) { return kind <= Kind::adding_sliding; }
+
+/// The start of a curve from a bifurcation on a branch.
+inline CurveStart curve_start(const SpecialPoint& s) {
+    CurveStart start;
+    start.kind = s.kind;
+    start.cycle = s.cycle;
+    if (!is_sliding(s.kind))
+        return start;
+    start.condition = {s.kind, s.cycle, s.node, s.side};
+    return start;
+}
+
+/// The three curves that meet at a degenerate switching-sliding point: at node `k` of `c` the orbit
+/// enters its slide where the field of the far side, b, is tangent to second order.
+inline std::vector<CurveStart> curves_at_degenerate(const Cycle& c, std::size_t k, int b) {
+    const Cycle base = detail::rotated(c, k);
+    std::vector<CurveStart> all(3);
+    // switching: the entry stays on the boundary, and is pushed inwards (b L' < 0)
+    all[0].kind = Kind::switching_sliding;
+    all[0].condition = {all[0].kind, base, 0, b};
+    all[0].growing_rate = -b;
+    // crossing: a visit to the far side before the slide, tangent at its start
+    all[1].kind = Kind::crossing_sliding;
+    Cycle visit = base;
+    detail::insert(visit, 0, {b, Until::surface}, base.t[0], base.x[0]);
+    all[1].condition = {all[1].kind, visit, 0, b};
+    all[1].growing = 0;
+    // adding: the slide touches its boundary later than where it starts
+    all[2].kind = Kind::adding_sliding;
+    Cycle touch = base;
+    detail::insert(touch, 0, {0, detail::extremum(b)}, base.t[0], base.x[0]);
+    all[2].condition = {all[2].kind, touch, 1, b};
+    all[2].growing = 0;
+    return all;
+}
+
+/// Follows a bifurcation in two parameters.
+class CurveTracer {
+public:
+    CurveTracer(const AnySystem& system, const Box& box, const BranchSettings& settings = {})
+        : system_(system), box_(box), settings_(settings) {}
+
+    /// Where a curve met a degenerate switching-sliding point: the other curves start from there.
+    struct Degenerate {
+        Cycle cycle; ///< with the plain word
+        std::size_t node = 0;
+        int side = 0;
+    };
+    const std::vector<Degenerate>& degenerate() const { return degenerate_; }
+
+    Curve trace(const CurveStart& start) {
+        Curve forward, backward;
+        forward.kind = backward.kind = start.kind;
+        run(start, +1, forward);
+        if (start.growing < 0 && start.growing_rate == 0)
+            run(start, -1, backward);
+        else
+            backward.end = "a point of codimension two";
+        Curve all = forward;
+        all.points.assign(backward.points.rbegin(), backward.points.rend());
+        all.points.insert(all.points.end(), forward.points.begin() + (all.points.empty() ? 0 : 1),
+                          forward.points.end());
+        all.special.assign(backward.special.rbegin(), backward.special.rend());
+        all.special.insert(all.special.end(), forward.special.begin(), forward.special.end());
+        all.begin = backward.end;
+        if (backward.status != Status::ok)
+            all.status = backward.status;
+        all.corrections += backward.corrections;
+        return all;
+    }
+
+private:
+    /// A point of a curve: its equations, unknowns (nodes, a, b, and v for folds and flips), and
+    /// tangent.
+    struct Place {
+        Kind kind{};
+        SlidingCondition condition; ///< its cycle is the start
+        std::shared_ptr<Shooting> shooting;
+        std::optional<Arclength> curve;
+        Vector z, t;
+
+        Cycle cycle(const Vector& u) const { return shooting->unpack(u.head(shooting->columns())); }
+        double parameter(const Vector& u, std::size_t k) const {
+            return u[shooting->rows() + Eigen::Index(k)];
+        }
+    };
+
+    Vector scales(const Shooting& shooting, const Cycle& c) const {
+        Vector scale = shooting.scales(c);
+        for (std::size_t k = 0; k < 2; ++k)
+            scale[shooting.rows() + Eigen::Index(k)] = box_.width(k);
+        return scale;
+    }
+
+    std::optional<Place> place(const CurveStart& start, int direction) {
+        return is_sliding(start.kind) ? sliding_place(start, direction)
+                                      : smooth_place(start, direction);
+    }
+
+    std::optional<Place> sliding_place(const CurveStart& start, int direction) {
+        const SlidingCondition s = start.condition;
+        Place p;
+        p.kind = start.kind;
+        p.condition = s;
+        const int tangent = s.kind == Kind::crossing_sliding ? int(s.node) : -1;
+        p.shooting = std::make_shared<Shooting>(system_, s.cycle, box_.parameters, tangent);
+        p.z = p.shooting->pack(s.cycle);
+        p.curve.emplace(equations_with(*p.shooting, s), scales(*p.shooting, s.cycle));
+        if (!p.curve->tangent_at(p.z, Vector::Unit(p.z.size(), p.shooting->rows()), p.t))
+            return std::nullopt;
+        p.t *= orientation(start, p) * direction;
+        return p;
+    }
+    /// +1 if the tangent leads away from a point of codimension two, into the curve's own side.
+    double orientation(const CurveStart& start, const Place& p) const {
+        const Vector dz = p.curve->scale().cwiseProduct(p.t);
+        double grows = 1;
+        if (start.growing >= 0) {
+            grows = p.shooting->growth(std::size_t(start.growing), dz);
+        } else if (start.growing_rate != 0) {
+            const Quantity rate{Quantity::Kind::h, p.condition.side, 2};
+            grows = start.growing_rate *
+                    p.shooting->at_node(p.z, p.condition.node, rate).second.dot(dz);
+        }
+        return grows < 0 ? -1 : 1;
+    }
+
+    /// Folds and flips: F = 0, K v = 0 and v of length one, K for variations that return with
+    /// the factor 1 or -1.
+    std::optional<Place> smooth_place(const CurveStart& start, int direction) {
+        Place p;
+        p.kind = start.kind;
+        p.shooting = std::make_shared<Shooting>(system_, start.cycle, box_.parameters);
+        const int n = p.shooting->rows(), m = p.shooting->columns();
+        const double turned = start.kind == Kind::flip ? -1 : 1;
+        const Vector scale = scales(*p.shooting, start.cycle);
+        Vector z(m + n);
+        z.head(m) = p.shooting->pack(start.cycle);
+        const Vector none = Vector::Zero(m);
+        const auto at = p.shooting->evaluate(z.head(m), &none, turned);
+        if (at.status != Status::ok)
+            return std::nullopt;
+        const Matrix K = at.K.leftCols(n) * scale.head(n).asDiagonal();
+        const Vector v = Eigen::JacobiSVD<Matrix>(K, Eigen::ComputeFullV).matrixV().col(n - 1);
+        z.tail(n) = scale.head(n).cwiseProduct(v);
+        const Vector normal = v.cwiseQuotient(scale.head(n));
+        const Equations equations = [shooting = p.shooting, normal, turned, n,
+                                     m](const Vector& u, Vector& F, Matrix& J) {
+            Vector direction_ = Vector::Zero(m);
+            direction_.head(n) = u.tail(n);
+            const auto e = shooting->evaluate(u.head(m), &direction_, turned);
+            if (e.status != Status::ok)
+                return false;
+            F.resize(2 * n + 1);
+            F << e.F, e.K.leftCols(n) * u.tail(n), normal.dot(u.tail(n)) - 1;
+            J = Matrix::Zero(2 * n + 1, m + n);
+            J.topLeftCorner(n, m) = e.J;
+            J.block(n, 0, n, m) = e.B;
+            J.block(n, m, n, n) = e.K.leftCols(n);
+            J.block(2 * n, m, 1, n) = normal.transpose();
+            return true;
+        };
+        Vector all(m + n);
+        all << scale, scale.head(n);
+        p.curve.emplace(equations, all);
+        p.z = z;
+        if (!p.curve->tangent_at(p.z, Vector::Unit(m + n, n), p.t))
+            return std::nullopt;
+        p.t *= direction;
+        return p;
+    }
+
+    BranchPoint point_of(const Place& p, const Vector& z) const {
+        BranchPoint point{p.cycle(z), multipliers_of(p, z)};
+        detail::normalize(system_, point.cycle);
+        return point;
+    }
+    /// Of the orbit without the node at which it bifurcates, where no return map has a slope.
+    std::vector<std::complex<double>> multipliers_of(const Place& p, const Vector& z) const {
+        if (!is_sliding(p.kind))
+            return floquet(system_, p.cycle(z));
+        SlidingCondition s = p.condition;
+        s.cycle = p.cycle(z);
+        return floquet(system_, parent_of(s));
+    }
+
+    void run(const CurveStart& start, int direction, Curve& curve) {
+        auto here = place(start, direction);
+        if (!here) {
+            curve.status = Status::not_finite;
+            curve.end = "the start cannot be evaluated";
+            return;
+        }
+        Matrix J;
+        const Convergence first = here->curve->step(here->z, J, here->t, 0);
+        curve.corrections += first.iterations;
+        if (first.ok())
+            here->t = here->curve->tangent(J, here->t);
+        curve.points.push_back(point_of(*here, here->z));
+        double ds = settings_.first_step;
+        for (int k = 0; k < settings_.max_points; ++k) {
+            const bool goes_on = advance(*here, ds, curve);
+            if (system_.interrupted()) {
+                curve.status = Status::interrupted;
+                curve.end = message(Status::interrupted);
+                return;
+            }
+            if (!goes_on)
+                return;
+        }
+        curve.status = Status::max_steps;
+        curve.end = "max_points reached";
+    }
+
+    bool advance(Place& here, double& ds, Curve& curve) {
+        std::string trouble = "Newton's iteration does not converge";
+        for (; ds >= settings_.min_step; ds /= 2) {
+            Vector z = here.z;
+            Matrix J;
+            const Convergence c = here.curve->step(z, J, here.t, ds);
+            curve.corrections += c.iterations;
+            if (system_.interrupted())
+                return false;
+            if (!c.ok())
+                continue;
+            const Vector t = here.curve->tangent(J, here.t);
+            if (!(t.dot(here.t) > 0.9))
+                continue;
+            for (std::size_t k = 0; k < 2; ++k) {
+                const double value = here.parameter(z, k);
+                if (!(value >= box_.low[k] && value <= box_.high[k]))
+                    return finish_at_bound(here, z, k, ds, curve);
+            }
+            const double before = second_order_test(here, here.z),
+                         after = second_order_test(here, z);
+            if (curve.points.size() > 1 && before * after < 0)
+                if (second_order_point(here, ds, before, after, curve))
+                    return false;
+            const std::vector<Test> failed = failures(here, z);
+            if (!failed.empty()) {
+                const auto outcome = change_word(here, z, ds, failed, curve, trouble);
+                if (outcome == Outcome::retry)
+                    continue;
+                ds = std::min(ds, settings_.first_step);
+                return outcome == Outcome::switched;
+            }
+            BranchPoint next = point_of(here, z);
+            if (is_sliding(here.kind))
+                for (const Kind kind : {Kind::fold, Kind::flip})
+                    smooth_point(here, ds, kind, next.multipliers, curve);
+            curve.points.push_back(std::move(next));
+            here.z = z;
+            here.t = t;
+            if (c.iterations <= 3)
+                ds = std::min(1.5 * ds, settings_.max_step);
+            return true;
+        }
+        curve.status = Status::not_converged;
+        curve.end = trouble;
+        return false;
+    }
+
+    bool finish_at_bound(const Place& here, const Vector& z, std::size_t k, double ds,
+                         Curve& curve) const {
+        const double bound = here.parameter(z, k) < box_.low[k] ? box_.low[k] : box_.high[k];
+        const auto excess = [&](const Vector& u, const Matrix&) {
+            return here.parameter(u, k) - bound;
+        };
+        const Matrix none;
+        const Located at = zero_along(*here.curve, here.z, here.t, ds, excess, excess(here.z, none),
+                                      excess(z, none));
+        if (at.ok())
+            curve.points.push_back(point_of(here, at.z));
+        curve.end = "bound of the parameters";
+        return false;
+    }
+
+    // --- points of codimension two -------------------------------------------------------------
+
+    /// What distinguishes a bifurcation from a degenerate one: the next derivative at the node; for
+    /// a fold the second derivative along its null vector, w^T (F_uu v v).
+    double second_order_test(const Place& here, const Vector& z) const {
+        if (is_sliding(here.kind)) {
+            const int order = here.kind == Kind::adding_sliding ? 3 : 2;
+            const Quantity q{Quantity::Kind::h, here.condition.side, order};
+            return here.shooting->at_node(z.head(here.shooting->columns()), here.condition.node, q)
+                .first;
+        }
+        if (here.kind != Kind::fold)
+            return 1;
+        const int n = here.shooting->rows(), m = here.shooting->columns();
+        Vector v = Vector::Zero(m);
+        v.head(n) = z.tail(n);
+        const auto e = here.shooting->evaluate(z.head(m), &v);
+        const Vector bent = e.B * v;
+        // Bordered, so that w keeps its sign along the curve: w and v appear in one determinant.
+        Matrix bordered(n + 1, n + 1);
+        const Vector scale = here.curve->scale().head(n);
+        const Matrix K = e.K.leftCols(n) * scale.asDiagonal();
+        bordered << K, bent, v.head(n).cwiseQuotient(scale).transpose(), 0.0;
+        return bordered.partialPivLu().determinant();
+    }
+    /// True if the curve ends there.
+    bool second_order_point(const Place& here, double ds, double before, double after,
+                            Curve& curve) {
+        const Located at = zero_along(
+            *here.curve, here.z, here.t, ds,
+            [&](const Vector& z, const Matrix&) { return second_order_test(here, z); }, before,
+            after);
+        curve.corrections += at.convergence.iterations;
+        if (!at.ok())
+            return false;
+        SpecialPoint special;
+        special.cycle = here.cycle(at.z);
+        special.word_before = special.word_after = special.cycle.word.string();
+        special.convergence = at.convergence;
+        if (here.kind == Kind::fold) {
+            special.kind = Kind::cusp;
+            special.conditions = {{"w.F_uu v v", second_order_test(here, at.z)}};
+            special.multipliers = floquet(system_, special.cycle);
+            detail::normalize(system_, special.cycle);
+            curve.special.push_back(special);
+            return false;
+        }
+        special.node = here.condition.node;
+        special.side = here.condition.side;
+        special.conditions =
+            detail::conditions_at(system_, special.cycle, special.node, special.side);
+        special.kind = here.kind;
+        const bool degenerate =
+            here.kind == Kind::switching_sliding || here.kind == Kind::crossing_sliding;
+        if (degenerate) {
+            special.kind = Kind::degenerate_switching_sliding;
+            Cycle plain = detail::rotated(special.cycle, special.node);
+            if (here.kind == Kind::crossing_sliding)
+                detail::erase_first(plain); // the visit has no length
+            degenerate_.push_back({plain, 0, special.side});
+        }
+        curve.special.push_back(special);
+        curve.points.push_back(point_of(here, at.z));
+        curve.end = degenerate ? "degenerate switching-sliding" : "degenerate";
+        return true;
+    }
+
+    /// A fold or a flip of an orbit that has a sliding bifurcation: a multiplier passes 1 or -1.
+    void smooth_point(const Place& here, double ds, Kind kind,
+                      const std::vector<std::complex<double>>& after, Curve& curve) {
+        const auto test = [&](const std::vector<std::complex<double>>& multipliers) {
+            const double border = kind == Kind::fold ? 1 : -1;
+            std::complex<double> product = 1;
+            bool trivial = !system_.forced(); // the one that is always 1
+            for (const auto& m : multipliers) {
+                if (trivial && m == 1.0)
+                    trivial = false;
+                else
+                    product *= m - border;
+            }
+            return product.real();
+        };
+        const double f0 = test(curve.points.back().multipliers), f1 = test(after);
+        if (!(f0 * f1 < 0))
+            return;
+        const Located at = zero_along(
+            *here.curve, here.z, here.t, ds,
+            [&](const Vector& z, const Matrix&) { return test(multipliers_of(here, z)); }, f0, f1);
+        if (!at.ok())
+            return;
+        SpecialPoint special;
+        special.kind = kind;
+        special.cycle = here.cycle(at.z);
+        special.node = here.condition.node;
+        special.side = here.condition.side;
+        special.multipliers = multipliers_of(here, at.z);
+        special.conditions =
+            detail::conditions_at(system_, special.cycle, special.node, special.side);
+        special.conditions.emplace_back(kind == Kind::fold ? "det(M - 1)" : "det(M + 1)",
+                                        test(special.multipliers));
+        special.word_before = special.word_after = special.cycle.word.string();
+        special.convergence = at.convergence;
+        curve.special.push_back(special);
+    }
+
+    std::vector<Test> failures(const Place& here, const Vector& z) const {
+        std::vector<Test> failed;
+        for (const Test& test : tests(system_, here.cycle(z))) {
+            const bool own = is_sliding(here.kind) && test.what == Test::What::far_side &&
+                             test.i == here.condition.node;
+            if (!own && !(test.value > -1e-11))
+                failed.push_back(test);
+        }
+        return failed;
+    }
+
+    enum class Outcome : unsigned char { retry, switched, ended };
+
+    /// Another bifurcation happens to the same orbit: a point of codimension two. Where the orbit
+    /// and its derivative go on through it, so does the curve, with the next word.
+    Outcome change_word(Place& here, const Vector& beyond, double ds,
+                        const std::vector<Test>& failed, Curve& curve, std::string& trouble) {
+        trouble = "several bifurcations of the same orbit at once";
+        const std::size_t n = here.shooting->word().size();
+        const Test* cause = cause_of(failed, n);
+        if (cause == nullptr)
+            return Outcome::retry;
+        const Located at = locate(here, beyond, ds, *cause);
+        curve.corrections += at.convergence.iterations;
+        if (!at.ok())
+            return Outcome::retry;
+        if (touch_meets_entry(here, *cause)) {
+            end_at_degenerate(here, at, cause->i, curve);
+            return Outcome::ended;
+        }
+        auto second = condition_of(here.cycle(at.z), polished(here.cycle(at.z), *cause));
+        if (!second) {
+            trouble = "the orbit touches the surface where it is crossed: no orbit of any word "
+                      "goes on";
+            return Outcome::retry;
+        }
+        SpecialPoint special;
+        special.conditions =
+            detail::conditions_at(system_, second->cycle, second->node, second->side);
+        special.kind = second->kind = detail::named(*second, special.conditions);
+        special.cycle = second->cycle;
+        special.node = second->node;
+        special.side = second->side;
+        special.convergence = at.convergence;
+        special.word_before = special.word_after = here.shooting->word().string();
+        curve.points.push_back(point_of(here, at.z));
+        const auto next = continued(here, at, *second, cause->what != Test::What::duration);
+        if (next)
+            special.word_after = next->shooting->word().string();
+        curve.special.push_back(special);
+        if (!next) {
+            curve.end = "the same orbit has a " + std::string(name(second->kind)) + " bifurcation";
+            return Outcome::ended;
+        }
+        here = *next;
+        return Outcome::switched;
+    }
+
+    /// A test with its interior minimum to full accuracy: Newton on the time at which it is.
+    Test polished(const Cycle& c, Test test) const {
+        if (test.what != Test::What::nearest)
+            return test;
+        const int mode = c.word[test.i].mode;
+        const Quantity::Kind kind = mode == 0 ? Quantity::Kind::margin : Quantity::Kind::h;
+        double t = test.least.t;
+        Vector x = test.least.x;
+        const auto at = [&](int order) {
+            return system_.quantity({kind, test.least.side, order}, t, x, c.p, {}).value[0];
+        };
+        for (int k = 0; k < 20; ++k) {
+            const Jet arc = system_.arc(mode, c.t[test.i], c.x[test.i], t, c.p, {});
+            if (arc.status != Status::ok)
+                return test;
+            x = arc.value;
+            const double dt = -at(1) / at(2);
+            if (!(std::abs(dt) < c.duration(test.i)))
+                return test;
+            t += dt;
+            if (std::abs(dt) <= 1e-14 * c.period)
+                break;
+        }
+        test.least.t = t;
+        test.least.x = x;
+        test.value = (mode == 0 ? 1 : mode) * at(0);
+        return test;
+    }
+    /// The same test of a neighbouring cycle; NaN if it has none.
+    double value_of(const Cycle& c, const Test& like) const {
+        if (like.what == Test::What::nearest)
+            return polished(c, like).value;
+        for (const Test& test : tests(system_, c))
+            if (test.what == like.what && test.i == like.i)
+                return test.value;
+        return std::numeric_limits<double>::quiet_NaN();
+    }
+    Located locate(const Place& here, const Vector& beyond, double ds, const Test& test) const {
+        const auto value = [&](const Vector& z, const Matrix&) {
+            return value_of(here.cycle(z), test);
+        };
+        const Matrix none;
+        const double f0 = value(here.z, none), f1 = value(beyond, none);
+        if (!(f0 * f1 < 0))
+            return {};
+        return zero_along(*here.curve, here.z, here.t, ds, value, f0, f1);
+    }
+
+    /// The slide's touch runs into its entry: the degenerate switching-sliding point.
+    bool touch_meets_entry(const Place& here, const Test& test) const {
+        const Word& word = here.shooting->word();
+        const std::size_t n = word.size(), before = (here.condition.node + n - 1) % n;
+        return here.kind == Kind::adding_sliding && test.what == Test::What::duration &&
+               test.i == before && word[before + n - 1].mode == -here.condition.side;
+    }
+    void end_at_degenerate(const Place& here, const Located& at, std::size_t segment,
+                           Curve& curve) {
+        SpecialPoint special;
+        special.kind = Kind::degenerate_switching_sliding;
+        special.cycle = here.cycle(at.z);
+        special.node = here.condition.node;
+        special.side = here.condition.side;
+        special.convergence = at.convergence;
+        special.conditions =
+            detail::conditions_at(system_, special.cycle, special.node, special.side);
+        special.word_before = special.word_after = special.cycle.word.string();
+        Cycle plain = detail::rotated(special.cycle, segment);
+        detail::erase_first(plain);
+        degenerate_.push_back({plain, 0, special.side});
+        curve.special.push_back(special);
+        curve.points.push_back(point_of(here, at.z));
+        curve.end = "degenerate switching-sliding";
+    }
+
+    /// The curve with the next word, in the direction in which the parameters went.
+    std::optional<Place> continued(const Place& here, const Located& at,
+                                   const SlidingCondition& second, bool born) {
+        if (second.kind == Kind::grazing_sliding || here.kind == Kind::grazing_sliding)
+            return std::nullopt; // multipliers jump, and with them the curve
+        const Cycle next = born ? child_of(second) : parent_of(second);
+        CurveStart start;
+        start.kind = here.kind;
+        start.cycle = next;
+        if (is_sliding(here.kind)) {
+            start.condition = here.condition;
+            start.condition.cycle = next;
+            start.condition.node = node_at(next, here.cycle(at.z).t[here.condition.node]);
+        }
+        auto place_ = place(start, +1);
+        if (!place_)
+            return std::nullopt;
+        double along = 0;
+        for (std::size_t k = 0; k < 2; ++k)
+            along += here.t[here.shooting->rows() + Eigen::Index(k)] *
+                     place_->t[place_->shooting->rows() + Eigen::Index(k)];
+        if (along < 0)
+            place_->t = -place_->t;
+        return place_;
+    }
+    /// The node at a time, up to whole periods.
+    static std::size_t node_at(const Cycle& c, double t) {
+        const auto apart = [&](std::size_t i) {
+            return std::abs(std::remainder(c.t[i] - t, c.period));
+        };
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < c.size(); ++i)
+            if (apart(i) < apart(best))
+                best = i;
+        return best;
+    }
+
+    const AnySystem& system_;
+    Box box_;
+    BranchSettings settings_;
+    std::vector<Degenerate> degenerate_;
+};
+
+/// A curve, and the curves that start at its points of codimension two.
+inline std::vector<Curve> trace_connected(const AnySystem& system, const Box& box,
+                                          const CurveStart& start,
+                                          const BranchSettings& settings = {}) {
+    CurveTracer tracer(system, box, settings);
+    std::vector<Curve> all{tracer.trace(start)};
+    std::vector<Kind> known{start.kind};
+    const std::vector<CurveTracer::Degenerate> points = tracer.degenerate();
+    for (const auto& point : points)
+        for (const CurveStart& next : curves_at_degenerate(point.cycle, point.node, point.side))
+            if (std::find(known.begin(), known.end(), next.kind) == known.end()) {
+                known.push_back(next.kind);
+                all.push_back(tracer.trace(next));
+            }
+    return all;
+}
+
+} // namespace filippov

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lyapunov exponents through crossings and slides.
+#pragma once
+
+#include <filippov/any_system.hpp>
+
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace filippov {
+
+/// How exponents are computed. Times are in forcing periods, or in units of time if the system is
+/// autonomous.
+struct LyapunovSettings {
+    double transient = 1000;             ///< before the window, >= 0
+    double window = 1000;                ///< over which growth is averaged, > 0
+    double stretch = 1;                  ///< between orthonormalisations, > 0
+    int batches = 20;                    ///< whose means make the error bar, >= 2
+    std::function<bool()> interrupted{}; ///< asked now and then; may be empty
+};
+
+/// Lyapunov exponents over a window.
+struct Lyapunov {
+    Vector exponents;   ///< dim of them, largest first, per unit of time; -inf where slides end all
+    Vector error;       ///< standard error of each, from the batches' means; 0 of -inf
+    double t_begin = 0; ///< the window, in units of time: the error holds for it, not for
+    double t_end = 0;   ///< what a longer transient would have led to
+    long long slides = 0;    ///< entered within the window
+    long long stretches = 0; ///< that were averaged
+    long long skipped = 0;   ///< stretches left out, since they pass a tangency and have no slope
+    Vector x;                ///< state at the end
+    Status status = Status::ok;
+    std::string message;
+};
+
+namespace detail {
+
+/// The loop of `lyapunov`, with its tangent vectors.
+class TangentFrame {
+public:
+    TangentFrame(const AnySystem& system, const Vector& p, const Vector& x0,
+                 const LyapunovSettings& settings)
+        : system_(system), p_(p), settings_(settings), x_(x0),
+          Q_(Matrix::Identity(system.dim(), system.dim())) {
+        validate();
+        if (system.forced())
+            unit_ = system.period(p, {}).value;
+    }
+
+    Lyapunov run() {
+        const auto n_transient = count(settings_.transient), n = count(settings_.window);
+        // A tangent vector turns into the leading direction within some stretches.
+        const long long n_aligned = std::min(n_transient, 100LL);
+        bool good = settle(double(n_transient - n_aligned) * settings_.stretch);
+        for (long long k = 0; good && k < n_aligned; ++k)
+            good = advance(nullptr);
+        result_.t_begin = unit_ * settings_.stretch * double(n_transient);
+        result_.t_end = result_.t_begin;
+        std::vector<Vector> growth;
+        for (long long k = 0; good && k < n; ++k) {
+            good = advance(&growth);
+            if (good)
+                result_.t_end += unit_ * settings_.stretch;
+        }
+        summarise(growth);
+        result_.x = x_;
+        return std::move(result_);
+    }
+
+private:
+    void validate() const {
+        constexpr double inf = std::numeric_limits<double>::infinity();
+        const auto at_most = [](double v) { return v <= 1e12; };
+        if (x_.size() != system_.dim())
+            refuse("x0.size()", double(x_.size()), "expected dim entries");
+        if (p_.size() != Eigen::Index(system_.params().size()))
+            refuse("p.size()", double(p_.size()), "expected one entry a parameter");
+        for (Eigen::Index i = 0; i < x_.size(); ++i)
+            if (!(std::abs(x_[i]) < inf))
+                refuse("x0[" + std::to_string(i) + "]", x_[i], "expected a finite number");
+        for (Eigen::Index i = 0; i < p_.size(); ++i)
+            if (!(std::abs(p_[i]) < inf))
+                refuse("p[" + std::to_string(i) + "]", p_[i], "expected a finite number");
+        if (!(settings_.transient >= 0 && at_most(settings_.transient)))
+            refuse("transient", settings_.transient, "expected a number from 0 to 1e12");
+        if (!(settings_.stretch > 0 && at_most(settings_.stretch)))
+            refuse("stretch", settings_.stretch, "expected a number > 0");
+        if (!(settings_.batches >= 2))
+            refuse("batches", settings_.batches, "expected an integer >= 2");
+        if (!(settings_.window >= settings_.batches * settings_.stretch &&
+              at_most(settings_.window)))
+            refuse("window", settings_.window, "expected at least one stretch a batch");
+    }
+    long long count(double duration) const { return std::llround(duration / settings_.stretch); }
+
+    bool ended(Status status, const std::string& why) {
+        if (status == Status::ok)
+            return true;
+        result_.status = status;
+        result_.message = why;
+        return false;
+    }
+    /// Follows the solution, without derivatives, in runs that can be interrupted between them.
+    bool settle(double duration) {
+        for (double left = duration; left > 0;) {
+            if (settings_.interrupted && settings_.interrupted())
+                return ended(Status::interrupted, std::string(message(Status::interrupted)));
+            const double span = std::min(left, 20 * settings_.stretch);
+            const History h = system_.run(phase_ * unit_, x_, (phase_ + span) * unit_, p_);
+            if (!ended(h.status, h.message))
+                return false;
+            x_ = h.x;
+            move(span);
+            left -= span;
+        }
+        return true;
+    }
+    /// Time within the period; a forced system does not know more of it.
+    void move(double span) {
+        phase_ += span;
+        if (system_.forced())
+            phase_ -= std::floor(phase_);
+    }
+
+    /// One stretch: the frame goes along and is made orthonormal; its growth is kept.
+    bool advance(std::vector<Vector>* growth) {
+        if (settings_.interrupted && settings_.interrupted())
+            return ended(Status::interrupted, std::string(message(Status::interrupted)));
+        const double t0 = phase_ * unit_;
+        const Journey j = system_.journey({.t0 = t0,
+                                           .x = x_,
+                                           .t_end = t0 + settings_.stretch * unit_,
+                                           .interrupted = settings_.interrupted},
+                                          p_, {});
+        if (!ended(j.status, j.message))
+            return false;
+        const int d = system_.dim();
+        x_ = j.end.value.head(d);
+        move(settings_.stretch);
+        const bool starts_sliding = slides_;
+        slides_ = j.word.back() == '0';
+        const int entered = j.slides - (starts_sliding && j.word.front() == '0');
+        if (growth != nullptr)
+            result_.slides += entered;
+        const Matrix M = j.end.slope.topLeftCorner(d, d);
+        if (!M.allFinite()) {
+            result_.skipped += growth != nullptr;
+            return true;
+        }
+        // A slide leaves no more than the directions of the surface.
+        if (j.slides > 0 && Q_.cols() == d && d > 0)
+            Q_ = Q_.leftCols(d - 1).eval();
+        return orthonormalise(M * Q_, growth);
+    }
+    bool orthonormalise(const Matrix& V, std::vector<Vector>* growth) {
+        if (V.cols() == 0) {
+            if (growth != nullptr)
+                growth->push_back(Vector());
+            return true;
+        }
+        const Eigen::HouseholderQR<Matrix> qr(V);
+        const Vector r = qr.matrixQR().diagonal().head(V.cols()).cwiseAbs();
+        if (!(r.minCoeff() > 0))
+            return ended(Status::not_finite, "A tangent vector became zero or not finite.");
+        Q_ = qr.householderQ() * Matrix::Identity(V.rows(), V.cols());
+        if (growth != nullptr)
+            growth->push_back(r.array().log());
+        return true;
+    }
+
+    /// Means and errors over the stretches that are left.
+    void summarise(const std::vector<Vector>& growth) {
+        const int d = system_.dim();
+        result_.exponents = Vector::Constant(d, -std::numeric_limits<double>::infinity());
+        result_.error = Vector::Zero(d);
+        result_.stretches = static_cast<long long>(growth.size());
+        if (result_.message.empty())
+            result_.message = "The window was followed to its end.";
+        const std::size_t batches = std::size_t(settings_.batches);
+        if (growth.size() < batches) {
+            result_.exponents.setConstant(std::numeric_limits<double>::quiet_NaN());
+            result_.error.setConstant(std::numeric_limits<double>::quiet_NaN());
+            if (result_.status == Status::ok) {
+                result_.status = Status::not_converged;
+                result_.message = "Too few stretches have a derivative: most pass a tangency.";
+            }
+            return;
+        }
+        const Eigen::Index m = Q_.cols(); // those left at the end
+        const double time = unit_ * settings_.stretch;
+        Matrix means(m, Eigen::Index(batches));
+        Vector total = Vector::Zero(m);
+        for (std::size_t b = 0; b < batches; ++b) {
+            const std::size_t first = b * growth.size() / batches;
+            const std::size_t last = (b + 1) * growth.size() / batches;
+            Vector sum = Vector::Zero(m);
+            for (std::size_t k = first; k < last; ++k)
+                sum += growth[k].head(m);
+            means.col(Eigen::Index(b)) = sum / (double(last - first) * time);
+            total += sum;
+        }
+        result_.exponents.head(m) = total / (double(growth.size()) * time);
+        for (Eigen::Index i = 0; i < m; ++i) {
+            const Vector off = means.row(i).transpose().array() - means.row(i).mean();
+            result_.error[i] = std::sqrt(off.squaredNorm() / double(batches * (batches - 1)));
+        }
+        sort(m);
+    }
+    /// Over a window too short to align them they may come out of order.
+    void sort(Eigen::Index m) {
+        std::vector<std::pair<double, double>> all;
+        for (Eigen::Index i = 0; i < m; ++i)
+            all.emplace_back(result_.exponents[i], result_.error[i]);
+        std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a > b; });
+        for (Eigen::Index i = 0; i < m; ++i)
+            std::tie(result_.exponents[i], result_.error[i]) = all[std::size_t(i)];
+    }
+
+    const AnySystem& system_;
+    const Vector& p_;
+    const LyapunovSettings& settings_;
+    Vector x_;
+    Matrix Q_;         ///< orthonormal tangent vectors, shape (dim, m)
+    double unit_ = 1;  ///< of time
+    double phase_ = 0; ///< time in units, within the period if there is one
+    bool slides_ = false;
+    Lyapunov result_;
+};
+
+} // namespace detail
+
+/// Lyapunov exponents of the solution from x0 at t = 0.
+///
+/// Tangent vectors go along with the flow, saltation included, and are made orthonormal after every
+/// stretch; exponents are the mean growth over the window. Sliding on the surface takes one
+/// direction for good: that exponent is -inf exactly, and no logarithm of zero is taken. The error
+/// bar is that of the mean over this window, from batches; what happens after longer transients it
+/// cannot know.
+inline Lyapunov lyapunov(const AnySystem& system, const Vector& p, const Vector& x0,
+                         const LyapunovSettings& settings = {}) {
+    return detail::TangentFrame(system, p, x0, settings).run();
+}
+
+} // namespace filippov

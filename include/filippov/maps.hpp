@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Maps of a flow with their derivatives: strobe, section, and the transition map of section 4.5.
+#pragma once
+
+#include <filippov/any_system.hpp>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace filippov {
+
+/// Where a map leads, with derivatives.
+struct Mapped {
+    Status status = Status::ok;
+    std::string message; ///< of a failure
+    double t = 0;        ///< time there
+    Vector x;            ///< state there
+    Matrix slope;        ///< d(x, t)/d(x0, t0), shape (dim + 1, dim + 1)
+    std::string word;    ///< modes passed through
+    bool ok() const { return status == Status::ok; }
+};
+
+namespace detail {
+
+inline void require_point(const AnySystem& system, double t0, const Vector& x, const Vector& p) {
+    if (x.size() != system.dim())
+        refuse("x.size()", double(x.size()), "expected dim entries");
+    if (p.size() != Eigen::Index(system.params().size()))
+        refuse("p.size()", double(p.size()), "expected one entry a parameter");
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (!std::isfinite(x[i]))
+            refuse("x[" + std::to_string(i) + "]", x[i], "expected a finite number");
+    for (Eigen::Index i = 0; i < p.size(); ++i)
+        if (!std::isfinite(p[i]))
+            refuse("p[" + std::to_string(i) + "]", p[i], "expected a finite number");
+    if (!std::isfinite(t0))
+        refuse("t0", t0, "expected a finite number");
+}
+inline void require_iterate(int iterate) {
+    if (!(iterate > 0))
+        refuse("iterate", iterate, "expected an integer > 0");
+}
+inline double require_period(const AnySystem& system, const Vector& p) {
+    if (!system.forced())
+        throw std::invalid_argument("filippov: system: expected one with a period");
+    const double T = system.period(p, {}).value;
+    if (!(T > 0 && T < std::numeric_limits<double>::infinity()))
+        refuse("period", T, "expected a finite number > 0");
+    return T;
+}
+
+inline Mapped mapped(const AnySystem& system, const Journey& journey) {
+    const int d = system.dim();
+    Mapped m;
+    m.status = journey.status;
+    m.message = journey.message;
+    m.x = journey.end.value.head(d);
+    m.t = journey.end.value[d];
+    m.slope = journey.end.slope.leftCols(d + 1);
+    m.word = journey.word;
+    return m;
+}
+
+} // namespace detail
+
+/// The strobe map: the state `iterate` forcing periods later.
+///
+/// Time is carried along, t + iterate T, so that the slope is that of a section, too. A slide makes
+/// the slope singular: its multiplier 0 is exact where the slide is the last mode.
+inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const Vector& p,
+                     int iterate = 1) {
+    detail::require_point(system, t0, x0, p);
+    detail::require_iterate(iterate);
+    const double T = detail::require_period(system, p);
+    const int d = system.dim();
+    const Journey journey = system.journey({.t0 = t0, .x = x0, .t_end = t0 + iterate * T}, p, {});
+    Mapped m = detail::mapped(system, journey);
+    // The end is a period after the start, and moves with it.
+    m.slope.col(d) += journey.end.slope.col(d + 1);
+    return m;
+}
+
+/// Which events a section map goes to.
+struct SectionOf {
+    EventKind kind = EventKind::exit_sliding;
+    int after = 2; ///< only those after which the mode is this one; 2: all
+};
+
+/// The section map: state and time at the next event of a kind, `iterate` times.
+/// @param max_time  to wait for each of them
+/// @return status `escaped` if no such event comes in this time
+inline Mapped section_map(const AnySystem& system, const SectionOf& section, double t0,
+                          const Vector& x0, const Vector& p, double max_time, int iterate = 1) {
+    detail::require_point(system, t0, x0, p);
+    detail::require_iterate(iterate);
+    if (!(max_time > 0 && max_time < std::numeric_limits<double>::infinity()))
+        detail::refuse("max_time", max_time, "expected a finite number > 0");
+    int left = iterate;
+    Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * max_time};
+    leg.ends = [&](const Happening& e) {
+        const bool counts =
+            e.kind == section.kind && (section.after == 2 || section.after == e.after);
+        left -= counts;
+        return counts && left == 0;
+    };
+    Mapped m = detail::mapped(system, system.journey(leg, p, {}));
+    if (m.status == Status::event) {
+        m.status = Status::ok;
+    } else if (m.status == Status::ok) {
+        m.status = Status::escaped;
+        m.message = "no event of kind " + std::string(name(section.kind)) + " within max_time.";
+    }
+    return m;
+}
+
+// --- the transition map ----------------------------------------------------------------------
+
+/// A transition from stick to slip: the boundary of the sliding region that is left, and when.
+struct Transition {
+    int boundary = -1; ///< s there: -1 (into h < 0) or +1 (into h > 0)
+    double phase = 0;  ///< 2 pi t / T, in [0, 2 pi)
+};
+
+/// The point of the exit curve at a phase.
+struct ExitPoint {
+    Vector x;
+    Vector rate;            ///< dx/dt along the curve
+    double drift = 0;       ///< derivative of 1 - |s| along the slide
+    bool attracting = true; ///< sliding attracts here
+    /// The slide leaves; else it goes on from here, and this phase is never the image of another.
+    bool true_exit() const { return drift < 0; }
+};
+
+/// Where the transition map leads.
+struct Image {
+    Status status = Status::ok; ///< not ok: the map is not defined, `message` says why
+    std::string message;
+    Transition to;
+    double slope = 0;      ///< d(to.phase)/d(phase)
+    std::string word;      ///< modes on the way, a bar between iterates
+    bool true_exit = true; ///< of the start
+    long long turns = 0;   ///< how often the phase passed 2 pi
+    bool singular = false; ///< passed a tangency: no slope
+    bool ok() const { return status == Status::ok; }
+};
+
+/// How the transition map is computed.
+struct TransitionSettings {
+    double max_periods = 50; ///< forcing periods to wait for a transition, > 0
+    Vector guess{};          ///< a point near the exit curves at phase 0; empty: the origin
+    std::function<bool()> interrupted{}; ///< asked now and then; may be empty
+};
+
+/// P_trans of a forced planar system: from one transition from stick to slip to the next.
+///
+/// Acts on (boundary, phase), two circles: at a phase the exit curve (h = 0, |s| = 1) has one point
+/// on either boundary, found by Newton from its neighbours, so the map is one-dimensional. Where
+/// the slide does not leave there but goes on, the map starts with this slide. Should a curve have
+/// several branches, it is the one nearest to the guess.
+/// @source chapter, section 4.5
+class TransitionMap {
+public:
+    /// @error std::invalid_argument for a system that is not planar, not forced or has static
+    ///        friction, and for parameters and settings that make no sense
+    TransitionMap(const AnySystem& system, Vector p, TransitionSettings settings = {})
+        : system_(&system), p_(std::move(p)), settings_(std::move(settings)) {
+        validate();
+        for (const int boundary : {-1, 1})
+            trace(boundary);
+    }
+
+    const AnySystem& system() const { return *system_; }
+    const Vector& params() const { return p_; }
+    double period() const { return T_; }
+    double time_of(double phase) const { return phase / turn * T_; }
+    bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
+
+    static constexpr double turn = 2 * std::numbers::pi;
+    /// The same phase in [0, 2 pi).
+    static double wrapped(double phase) {
+        const double r = phase - turn * std::floor(phase / turn);
+        return r < turn ? r : 0.0;
+    }
+
+    /// The point of the exit curve; none if Newton finds no point there.
+    std::optional<ExitPoint> exit_point(const Transition& at) const {
+        const auto& nodes = curve(at.boundary);
+        const double phase = wrapped(at.phase);
+        const auto k = std::size_t(std::lround(phase / turn * double(nodes.size())));
+        const Vector& near = nodes[k % nodes.size()];
+        if (near.size() == 0)
+            return std::nullopt;
+        const auto x = solve(at.boundary, time_of(phase), near);
+        return x ? std::optional(describe(at.boundary, time_of(phase), *x)) : std::nullopt;
+    }
+
+    /// P_trans^iterate.
+    Image operator()(const Transition& from, int iterate = 1) const {
+        Image total;
+        total.to = {from.boundary, wrapped(from.phase)};
+        total.slope = 1;
+        for (int k = 0; k < iterate; ++k) {
+            const Image next = step(total.to);
+            total.status = next.status;
+            total.word += (k > 0 ? "|" : "") + next.word;
+            if (k == 0)
+                total.true_exit = next.true_exit;
+            total.slope *= next.slope;
+            total.singular = total.singular || next.singular;
+            total.turns += next.turns;
+            total.to = next.to;
+            if (!next.ok()) {
+                total.message = next.message;
+                break;
+            }
+        }
+        return total;
+    }
+
+private:
+    using Curve = std::vector<Vector>;
+
+    void validate() {
+        if (system_->dim() != 2)
+            detail::refuse("dim", system_->dim(),
+                           "expected 2: on the surface of a planar system a slide ends in points");
+        if (settings_.guess.size() == 0)
+            settings_.guess = Vector::Zero(2);
+        detail::require_point(*system_, 0, settings_.guess, p_);
+        T_ = detail::require_period(*system_, p_);
+        if (!(system_->s_max(p_) == 1))
+            detail::refuse("s_max", system_->s_max(p_), "expected 1, no static friction");
+        if (!(settings_.max_periods > 0 && settings_.max_periods <= 1e9))
+            detail::refuse("max_periods", settings_.max_periods, "expected a number > 0, <= 1e9");
+    }
+
+    const Curve& curve(int boundary) const {
+        if (boundary != -1 && boundary != 1)
+            detail::refuse("boundary", boundary, "expected -1 or +1");
+        return curves_[boundary < 0 ? 0 : 1];
+    }
+    /// The exit curve at phases all round, each point found from the one before.
+    void trace(int boundary) {
+        Curve& nodes = curves_[boundary < 0 ? 0 : 1];
+        nodes.resize(64);
+        std::optional<Vector> last;
+        for (std::size_t k = 0; k < nodes.size(); ++k) {
+            const double t = T_ * double(k) / double(nodes.size());
+            const auto x = last ? solve(boundary, t, *last) : search(boundary, t);
+            if (x)
+                last = nodes[k] = *x;
+        }
+    }
+    /// A first point of the curve: from the guess, and from around it.
+    std::optional<Vector> search(int boundary, double t) const {
+        for (const double radius : {0.0, 0.1, 1.0, 10.0})
+            for (int k = 0; k < 8; ++k) {
+                const double angle = turn * k / 8;
+                const Vector from =
+                    settings_.guess + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+                if (const auto x = solve(boundary, t, from))
+                    return x;
+                if (radius == 0)
+                    break;
+            }
+        return std::nullopt;
+    }
+    Jet quantity(Quantity::Kind kind, int side, int order, double t, const Vector& x) const {
+        return system_->quantity({kind, side, order}, t, x, p_, {});
+    }
+    /// Newton on h = 0 and 1 - |s| = 0.
+    std::optional<Vector> solve(int boundary, double t, Vector x) const {
+        for (int k = 0; k < 30; ++k) {
+            Eigen::Vector2d g;
+            const Eigen::Matrix2d J = gradients(boundary, t, x, &g);
+            const Eigen::Vector2d dx = -J.partialPivLu().solve(g);
+            x += dx;
+            const double size = dx.norm();
+            if (!(size < std::numeric_limits<double>::infinity()))
+                return std::nullopt;
+            if (size <= 4e-15 * (x.norm() + size) || size < 1e-300)
+                return x;
+            // At the floor of rounding steps no longer shrink.
+            if (k >= 6 && size <= 1e-12 * x.norm())
+                return x;
+        }
+        return std::nullopt;
+    }
+    Eigen::Matrix2d gradients(int boundary, double t, const Vector& x, Eigen::Vector2d* value,
+                              Eigen::Vector2d* by_time = nullptr) const {
+        const Jet h = quantity(Quantity::Kind::h, -1, 0, t, x);
+        const Jet margin = quantity(Quantity::Kind::margin, boundary, 0, t, x);
+        *value << h.value[0], margin.value[0];
+        if (by_time != nullptr)
+            *by_time << h.slope(0, 2), margin.slope(0, 2);
+        Eigen::Matrix2d J;
+        J << h.slope(0, 0), h.slope(0, 1), margin.slope(0, 0), margin.slope(0, 1);
+        return J;
+    }
+    ExitPoint describe(int boundary, double t, const Vector& x) const {
+        ExitPoint e;
+        Eigen::Vector2d value, by_time;
+        const Eigen::Matrix2d J = gradients(boundary, t, x, &value, &by_time);
+        e.x = x;
+        e.rate = -J.partialPivLu().solve(by_time);
+        e.drift = quantity(Quantity::Kind::margin, boundary, 1, t, x).value[0];
+        const double l1 = quantity(Quantity::Kind::h, -1, 1, t, x).value[0];
+        const double l2 = quantity(Quantity::Kind::h, +1, 1, t, x).value[0];
+        e.attracting = l1 - l2 > 0;
+        return e;
+    }
+
+    Image undefined(Status status, std::string why) const {
+        Image image;
+        image.status = status;
+        image.message = std::move(why);
+        image.slope = std::numeric_limits<double>::quiet_NaN();
+        return image;
+    }
+    Image step(const Transition& from) const {
+        if (interrupted())
+            return undefined(Status::interrupted, std::string(message(Status::interrupted)));
+        const auto exit = exit_point(from);
+        if (!exit)
+            return undefined(Status::not_converged,
+                             "Newton's iteration found no end of a slide at this phase; give a "
+                             "guess near it.");
+        if (!exit->attracting)
+            return undefined(Status::ambiguous, "Sliding repels at this end of a slide.");
+        const double t0 = time_of(from.phase);
+        Leg leg{.t0 = t0, .x = exit->x, .t_end = t0 + settings_.max_periods * T_};
+        leg.boundary = from.boundary;
+        leg.interrupted = settings_.interrupted;
+        int after = 0;
+        leg.ends = [&](const Happening& e) {
+            after = e.after;
+            return e.kind == EventKind::exit_sliding;
+        };
+        const Journey journey = system_->journey(leg, p_, {});
+        Image image = journey.status == Status::event ? arrived(*exit, journey, after)
+                                                      : undefined(journey.status, journey.message);
+        image.true_exit = exit->true_exit();
+        image.word = journey.word;
+        if (journey.status == Status::ok) {
+            image.status = Status::escaped;
+            image.message = journey.word.back() == '0'
+                                ? "The stick lasts longer than max_periods."
+                                : "No stick within max_periods forcing periods.";
+        }
+        return image;
+    }
+    Image arrived(const ExitPoint& exit, const Journey& journey, int after) const {
+        Image image;
+        const double t = journey.end.value[2];
+        const auto& dt = journey.end.slope.row(2);
+        image.to = {after, wrapped(t / T_ * turn)};
+        image.slope = dt[0] * exit.rate[0] + dt[1] * exit.rate[1] + dt[2];
+        image.turns = std::llround(((t / T_ * turn) - image.to.phase) / turn);
+        image.singular = journey.singular;
+        return image;
+    }
+
+    const AnySystem* system_;
+    Vector p_;
+    TransitionSettings settings_;
+    double T_ = 0;
+    std::array<Curve, 2> curves_;
+};
+
+} // namespace filippov

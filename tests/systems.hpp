@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Systems for tests of the analysis, compiled once for all of them.
+#pragma once
+
+#include <filippov/any_system.hpp>
+
+std::shared_ptr<const filippov::AnySystem>
+oscillator_system(const filippov::Precision& precision = {});
+/// The same with the 5th-order pair.
+std::shared_ptr<const filippov::AnySystem>
+oscillator_system_5(const filippov::Precision& precision = {});
+std::shared_ptr<const filippov::AnySystem>
+dieci_lopez_system(const filippov::Precision& precision = {});
+std::shared_ptr<const filippov::AnySystem> relay_system(const filippov::Precision& precision = {});

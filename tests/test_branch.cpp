@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Branches of periodic orbits, and the bifurcations on them.
+
+#include "catch.hpp"
+#include "systems.hpp"
+
+#include <filippov/branch.hpp>
+
+#include <cmath>
+
+using namespace filippov;
+
+namespace {
+
+struct Traced {
+    Branch branch;
+    std::shared_ptr<const AnySystem> system;
+
+    const SpecialPoint* find(Kind kind, double omega) const {
+        const SpecialPoint* best = nullptr;
+        for (const SpecialPoint& s : branch.special)
+            if (s.kind == kind && (best == nullptr || std::abs(s.cycle.p[1] - omega) <
+                                                          std::abs(best->cycle.p[1] - omega)))
+                best = &s;
+        return best;
+    }
+};
+
+Traced trace(double A, double omega, double low, double high,
+             std::shared_ptr<const AnySystem> system = oscillator_system()) {
+    Vector p = system->defaults();
+    p[0] = A;
+    p[1] = omega;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    BranchTracer tracer(*system, 1, low, high);
+    return {tracer.trace(orbit.cycle), system};
+}
+
+double residual(const SpecialPoint& s, const std::string& name) {
+    for (const auto& [key, value] : s.conditions)
+        if (key == name)
+            return value;
+    FAIL("no condition " << name);
+    return 0;
+}
+
+/// The bifurcation is one of the orbit itself: the words of plain runs on its two sides.
+std::string word_at(const Traced& traced, const SpecialPoint& s, double omega) {
+    Cycle near = parent_of({s.kind, s.cycle, s.node, s.side});
+    Vector p = near.p;
+    p[1] = omega;
+    const Orbit orbit = settle(*traced.system, p, near.x[0]);
+    return orbit.status == Status::ok ? orbit.cycle.word.string() : "none";
+}
+
+} // namespace
+
+TEST_CASE("branch: adding- and grazing-sliding at A = 0.5", "[branch]") {
+    const Traced traced = trace(0.5, 2.94, 2.84, 2.98);
+    const SpecialPoint* adding = traced.find(Kind::adding_sliding, 2.904);
+    REQUIRE(adding);
+    // printed 2.904315905; good to nine digits, says the reading of the chapter
+    CHECK(adding->cycle.p[1] == Approx(2.904315905).epsilon(2e-9));
+    CHECK(std::abs(residual(*adding, "h")) < 1e-12);
+    CHECK(std::abs(residual(*adding, "1 + s")) < 1e-12);
+    CHECK(std::abs(residual(*adding, "L1")) < 1e-12);
+    CHECK(std::abs(residual(*adding, "L1'")) < 1e-10);
+    CHECK(residual(*adding, "L1''") > 0);
+    CHECK(adding->side == -1);
+    // closed form on the slide: 1 + A omega sin phi = 0
+    const double omega = adding->cycle.p[1];
+    CHECK(1 + 0.5 * omega * std::sin(omega * adding->cycle.t[adding->node]) ==
+          Approx(0).margin(1e-10));
+    CHECK(word_at(traced, *adding, omega + 1e-3) == "0-");
+    CHECK(word_at(traced, *adding, omega - 1e-3) == "0-0-");
+
+    const SpecialPoint* grazing = traced.find(Kind::grazing_sliding, 2.894);
+    REQUIRE(grazing);
+    CHECK(grazing->cycle.p[1] == Approx(2.8942).epsilon(1e-4)); // printed with five digits
+    CHECK(residual(*grazing, "L1'") < 0);
+    // a border collision: the multiplier jumps, from that of the unstable orbit to the stable one's
+    CHECK(grazing->border_class == "fold");
+    CHECK(grazing->multipliers[0].real() > 1);
+    CHECK(std::abs(grazing->multipliers_child[0]) < 1);
+    CHECK(grazing->multipliers_child[1] == 0.0);
+    std::vector<std::pair<double, double>> near; // distance from the point, multiplier
+    for (const BranchPoint& point : traced.branch.points)
+        if (point.cycle.word.string() == "0-0-")
+            near.emplace_back(point.cycle.p[1] - grazing->cycle.p[1], point.multipliers[0].real());
+    std::sort(near.begin(), near.end());
+    REQUIRE(near.size() >= 2);
+    // it moves like a square root of the distance
+    const double u = std::sqrt(near[0].first), w = std::sqrt(near[1].first);
+    CHECK(near[0].second - u * (near[1].second - near[0].second) / (w - u) ==
+          Approx(grazing->multipliers_child[0].real()).margin(0.02));
+    // both orbits end there: the branch turns back
+    CHECK(traced.branch.points.front().cycle.p[1] == 2.98);
+    CHECK(traced.branch.points.back().cycle.p[1] == 2.98);
+    CHECK(traced.branch.special.size() == 2);
+    for (const BranchPoint& point : traced.branch.points)
+        CHECK(point.cycle.p[1] >= grazing->cycle.p[1] - 1e-12);
+    // one end stable, the other not (figure 4.6a)
+    CHECK(traced.branch.points.front().stable() != traced.branch.points.back().stable());
+}
+
+TEST_CASE("branch: crossing- and switching-sliding at A = 5", "[branch]") {
+    const Traced traced = trace(5, 1.6, 1.5, 3.2);
+    REQUIRE(traced.branch.special.size() == 2);
+    const SpecialPoint &crossing = traced.branch.special[0], &switching = traced.branch.special[1];
+    CHECK(crossing.kind == Kind::crossing_sliding);
+    CHECK(crossing.cycle.p[1] == Approx(1.65768).epsilon(5e-4));
+    CHECK(crossing.word_before == "-+");
+    CHECK(crossing.word_after == "0-+");
+    CHECK(residual(crossing, "L1'") < 0);
+    CHECK(switching.kind == Kind::switching_sliding);
+    CHECK(switching.cycle.p[1] == Approx(2.7992).epsilon(2e-5));
+    CHECK(switching.word_before == "0-+");
+    CHECK(switching.word_after == "0-");
+    CHECK(switching.side == 1);
+    CHECK(residual(switching, "L2'") < 0);
+    for (const SpecialPoint* s : {&crossing, &switching}) {
+        CHECK(s->convergence.ok());
+        CHECK(std::abs(residual(*s, "h")) < 1e-12);
+        CHECK(std::abs(residual(*s, s->side < 0 ? "L1" : "L2")) < 1e-12);
+        CHECK(word_at(traced, *s, s->cycle.p[1] - 1e-3) == s->word_before);
+        CHECK(word_at(traced, *s, s->cycle.p[1] + 1e-3) == s->word_after);
+    }
+}
+
+TEST_CASE("branch: folds and what lies between them at A = 3.6", "[branch]") {
+    const Traced traced = trace(3.6, 1.067, 1.0, 1.15);
+    int folds = 0;
+    for (const SpecialPoint& s : traced.branch.special)
+        if (s.kind == Kind::fold) {
+            ++folds;
+            CHECK(std::abs(residual(s, "mu - 1")) < 1e-10);
+        }
+    CHECK(folds == 2);
+    // three orbits at omega = 1.0672
+    int crossings = 0;
+    const auto& points = traced.branch.points;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        crossings += (points[i - 1].cycle.p[1] - 1.0672) * (points[i].cycle.p[1] - 1.0672) < 0;
+    CHECK(crossings == 3);
+}
+
+TEST_CASE("branch: twelve digits, whatever the method", "[branch]") {
+    const Traced a = trace(5, 1.6, 1.5, 3.2, oscillator_system({1e-13, 1e-14}));
+    const Traced b = trace(5, 1.6, 1.5, 3.2, oscillator_system_5({1e-13, 1e-14}));
+    REQUIRE(a.branch.special.size() == b.branch.special.size());
+    for (std::size_t i = 0; i < a.branch.special.size(); ++i)
+        CHECK(a.branch.special[i].cycle.p[1] ==
+              Approx(b.branch.special[i].cycle.p[1]).epsilon(1e-12));
+}
+
+TEST_CASE("branch: costs at most two thousand flows of one period", "[branch]") {
+    const Traced traced = trace(0.5, 2.94, 2.84, 2.98);
+    CHECK(traced.branch.corrections < 2000);
+}
+
+TEST_CASE("branch: a caller who asks to stop keeps what is finished", "[branch]") {
+    const Traced whole = trace(0.5, 2.94, 2.84, 2.98);
+    const Cycle start = whole.branch.points.front().cycle;
+    std::size_t longest = 0, told = 0;
+    Status status = Status::interrupted;
+    for (int patience = 0; status == Status::interrupted; patience = 3 * patience / 2 + 1) {
+        int asked = 0;
+        const auto system = oscillator_system({.interrupted = [&] { return ++asked > patience; }});
+        BranchTracer tracer(*system, 1, 2.84, 2.98,
+                            {.progress = [&](std::size_t points) { told = points; }});
+        const Branch branch = tracer.trace(start);
+        status = branch.status;
+        CHECK(asked < patience + 400);
+        REQUIRE(branch.points.size() >= longest);
+        longest = branch.points.size();
+        CHECK(told == longest);
+        for (const BranchPoint& point : branch.points)
+            CHECK(std::abs(point.multipliers[0]) > 0); // a number
+        for (const SpecialPoint& s : branch.special)
+            CHECK(s.cycle.size() > 0);
+    }
+    CHECK(status == Status::ok);
+    CHECK(longest > 40);
+}
+
+TEST_CASE("branch: a closed branch is followed once", "[branch]") {
+    const Traced traced = trace(0.5, 2.94, 2.0, 4.0);
+    CHECK(traced.branch.status == Status::ok);
+    CHECK(traced.branch.begin.find("closed") != std::string::npos);
+    CHECK(traced.branch.end == traced.branch.begin);
+    const auto& points = traced.branch.points;
+    CHECK(points.front().cycle.p[1] == 2.94);
+    CHECK(points.back().cycle.p[1] == 2.94);
+    CHECK((points.front().multipliers[0] - points.back().multipliers[0]) == 0.0);
+    // grazing- and adding-sliding on the left, a fold on the right
+    REQUIRE(traced.branch.special.size() == 3);
+    CHECK(traced.find(Kind::fold, 3.3)->cycle.p[1] == Approx(3.30798384).epsilon(1e-8));
+    CHECK(std::abs(residual(*traced.find(Kind::fold, 3.3), "mu - 1")) < 1e-9);
+}
+
+TEST_CASE("branch: jumps of the multipliers are no flips, and nothing throws", "[branch]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 5;
+    p[1] = 1.6;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    // through folds, flips and sliding bifurcations to where Newton's iteration gives up
+    for (const auto& [parameter, low, high] :
+         {std::tuple{1, 0.19, 2.0}, {0, -5.0, 20.0}, {2, -1.0, 20.0}}) {
+        const Branch branch =
+            BranchTracer(*system, parameter, low, high, {.max_points = 400}).trace(orbit.cycle);
+        CHECK(branch.points.size() > 10);
+        for (const SpecialPoint& s : branch.special)
+            if (s.kind == Kind::flip) {
+                CHECK(std::abs(s.conditions[0].second) < 1e-9);
+                CHECK(std::abs(s.multipliers[0] + 1.0) < 1e-9);
+            }
+    }
+}
+
+TEST_CASE("branch: A and -A are one orbit half a period apart", "[branch]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 5;
+    p[1] = 1.6;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    // down to small forces, where the block slips for ever, and up again
+    const Branch branch = BranchTracer(*system, 0, -5.0, 5.0).trace(orbit.cycle);
+    REQUIRE(branch.status == Status::ok);
+    const std::size_t n = branch.special.size();
+    REQUIRE(n == 14);
+    for (std::size_t i = 0; i < n / 2; ++i) {
+        const SpecialPoint &a = branch.special[i], &b = branch.special[n - 1 - i];
+        CHECK(a.kind == b.kind);
+        CHECK(a.word_before == b.word_after);
+        CHECK(a.word_after == b.word_before);
+        CHECK(a.cycle.p[0] == Approx(-b.cycle.p[0]).epsilon(1e-10));
+    }
+}

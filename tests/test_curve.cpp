@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Curves of bifurcations in two parameters, and the points of codimension two on them.
+
+#include "catch.hpp"
+#include "systems.hpp"
+
+#include <filippov/bifurcation_set.hpp>
+
+#include <cmath>
+
+using namespace filippov;
+
+namespace {
+
+const std::shared_ptr<const AnySystem> oscillator = oscillator_system();
+
+Branch branch_at(double A, double omega, double low, double high) {
+    Vector p = oscillator->defaults();
+    p[0] = A;
+    p[1] = omega;
+    const Orbit orbit = settle(*oscillator, p, Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    BranchTracer tracer(*oscillator, 1, low, high);
+    return tracer.trace(orbit.cycle);
+}
+const SpecialPoint& find(const Branch& branch, Kind kind) {
+    for (const SpecialPoint& s : branch.special)
+        if (s.kind == kind)
+            return s;
+    FAIL("no " << name(kind));
+    return branch.special.front();
+}
+double residual(const SpecialPoint& s, const std::string& name) {
+    for (const auto& [key, value] : s.conditions)
+        if (key == name)
+            return value;
+    FAIL("no condition " << name);
+    return 0;
+}
+/// Distance of a point (omega, A) from a curve's polyline.
+double distance(const Curve& curve, double omega, double A) {
+    double best = 1e9;
+    for (std::size_t i = 1; i < curve.points.size(); ++i) {
+        const Vector &p = curve.points[i - 1].cycle.p, &q = curve.points[i].cycle.p;
+        const double dx = q[1] - p[1], dy = q[0] - p[0];
+        const double u =
+            std::clamp(((omega - p[1]) * dx + (A - p[0]) * dy) / (dx * dx + dy * dy), 0.0, 1.0);
+        best = std::min(best, std::hypot(p[1] + u * dx - omega, p[0] + u * dy - A));
+    }
+    return best;
+}
+
+} // namespace
+
+TEST_CASE("curve: a switching-sliding curve ends where two others begin", "[curve]") {
+    const Box box{{1, 0}, {1.5, 4.0}, {3.2, 5.5}};
+    const Branch branch = branch_at(5, 1.6, 1.5, 3.2);
+    CurveTracer tracer(*oscillator, box);
+    const Curve switching = tracer.trace(curve_start(find(branch, Kind::switching_sliding)));
+    REQUIRE(tracer.degenerate().size() == 1);
+    REQUIRE(switching.special.size() == 1);
+    const SpecialPoint& b1 = switching.special[0];
+    CHECK(b1.kind == Kind::degenerate_switching_sliding);
+    CHECK(std::abs(residual(b1, "h")) < 1e-12);
+    CHECK(std::abs(residual(b1, "L2")) < 1e-12);
+    CHECK(std::abs(residual(b1, "L2'")) < 1e-10);
+    CHECK(residual(b1, "L2''") < 0);
+    CHECK(b1.cycle.p[0] == Approx(4.82).margin(0.03)); // printed with three digits
+
+    // on the boundary s = +1 both conditions are closed forms of the phase
+    const double A = b1.cycle.p[0], omega = b1.cycle.p[1];
+    const double phase = omega * b1.cycle.t[b1.node];
+    CHECK(1 + A * omega * std::sin(phase) == Approx(0).margin(1e-9));
+    CHECK(b1.cycle.x[b1.node][0] == Approx(-4 + A * std::cos(phase)).epsilon(1e-11));
+
+    const CurveTracer::Degenerate at = tracer.degenerate()[0];
+    const auto starts = curves_at_degenerate(at.cycle, at.node, at.side);
+    const Curve crossing = tracer.trace(starts[1]), adding = tracer.trace(starts[2]);
+    for (const Curve* curve : {&crossing, &adding}) {
+        CHECK(curve->points.size() > 10);
+        CHECK(std::abs(curve->points.front().cycle.p[1] - omega) < 1e-9);
+        CHECK(curve->end == "bound of the parameters");
+    }
+    // figure 4.11: at A = 4.4 crossing-sliding lies between 1.6 and 1.8, adding-sliding between 1.8
+    // and 2; and plain branches over omega meet both curves
+    const Branch low = branch_at(4.4, 1.6, 1.5, 2.2);
+    for (const auto& [kind, curve] :
+         {std::pair{Kind::crossing_sliding, &crossing}, std::pair{Kind::adding_sliding, &adding}}) {
+        const SpecialPoint& s = find(low, kind);
+        CHECK(distance(*curve, s.cycle.p[1], 4.4) < 1e-3);
+    }
+    CHECK(find(low, Kind::crossing_sliding).cycle.p[1] > 1.6);
+    CHECK(find(low, Kind::crossing_sliding).cycle.p[1] < 1.8);
+    CHECK(find(low, Kind::adding_sliding).cycle.p[1] > 1.8);
+    CHECK(find(low, Kind::adding_sliding).cycle.p[1] < 2.0);
+}
+
+TEST_CASE("curve: the degenerate point is the same from all three curves", "[curve]") {
+    const Box box{{1, 0}, {1.5, 4.0}, {3.2, 5.5}};
+    const Branch high = branch_at(5, 1.6, 1.5, 3.2), low = branch_at(4.4, 1.6, 1.5, 2.2);
+    std::vector<Vector> found;
+    for (const SpecialPoint* s :
+         {&find(high, Kind::switching_sliding), &find(low, Kind::crossing_sliding),
+          &find(low, Kind::adding_sliding)}) {
+        CurveTracer tracer(*oscillator, box);
+        const Curve curve = tracer.trace(curve_start(*s));
+        CAPTURE(name(s->kind), curve.begin, curve.end);
+        for (const SpecialPoint& c : curve.special)
+            if (c.kind == Kind::degenerate_switching_sliding)
+                found.push_back(c.cycle.p);
+    }
+    REQUIRE(found.size() == 3);
+    for (const Vector& p : found)
+        CHECK((p - found[0]).norm() < 1e-9);
+}
+
+TEST_CASE("curve: two folds meet in a cusp", "[curve]") {
+    const Branch branch = branch_at(3.6, 1.067, 0.9, 1.3);
+    const Box box{{1, 0}, {0.9, 2.5}, {1.6, 5.0}};
+    std::vector<Vector> cusps;
+    int folds = 0;
+    for (const SpecialPoint& s : branch.special) {
+        if (s.kind != Kind::fold)
+            continue;
+        ++folds;
+        CurveTracer tracer(*oscillator, box);
+        const Curve curve = tracer.trace(curve_start(s));
+        CHECK(distance(curve, s.cycle.p[1], 3.6) < 1e-9);
+        for (const SpecialPoint& c : curve.special)
+            if (c.kind == Kind::cusp)
+                cusps.push_back(c.cycle.p);
+    }
+    CHECK(folds == 2);
+    REQUIRE(cusps.size() == 2);
+    CHECK((cusps[0] - cusps[1]).norm() < 1e-10);
+    // a triple orbit: beyond the cusp a branch has no fold, before it two
+    const double A = cusps[0][0], omega = cusps[0][1];
+    const auto count = [](const Branch& b) {
+        return std::count_if(b.special.begin(), b.special.end(),
+                             [](const SpecialPoint& s) { return s.kind == Kind::fold; });
+    };
+    CHECK(count(branch_at(A + 0.05, omega - 0.1, omega - 0.2, omega + 0.3)) == 0);
+    CHECK(count(branch_at(A - 0.05, omega - 0.1, omega - 0.2, omega + 0.3)) == 2);
+}
+
+TEST_CASE("bifurcation_set: figures 4.11 and 4.13 from the model and a rectangle", "[curve]") {
+    const auto count = [](const BifurcationSet& set, Kind kind) {
+        return std::count_if(set.curves.begin(), set.curves.end(),
+                             [kind](const Curve& c) { return c.kind == kind; });
+    };
+    const Vector p = oscillator->defaults();
+    const BifurcationSet sliding =
+        bifurcation_set(*oscillator, p, {{1, 0}, {1.5, 4.0}, {3.2, 5.5}});
+    CHECK(sliding.failed_starts == 0);
+    CHECK(count(sliding, Kind::switching_sliding) == 1);
+    CHECK(count(sliding, Kind::adding_sliding) == 1);
+    CHECK(count(sliding, Kind::crossing_sliding) == 2); // at either end of the slip above
+    int degenerate = 0;
+    for (const Curve& curve : sliding.curves)
+        for (const SpecialPoint& s : curve.special)
+            if (s.kind == Kind::degenerate_switching_sliding) {
+                ++degenerate;
+                CHECK(s.cycle.p[1] == Approx(2.53542917558).epsilon(1e-11));
+            }
+    CHECK(degenerate >= 1); // a curve that starts there does not find it again
+    CHECK(sliding.corrections < 100'000);
+
+    const BifurcationSet cusp = bifurcation_set(*oscillator, p, {{1, 0}, {0.9, 3.0}, {1.6, 4.4}});
+    CHECK(count(cusp, Kind::fold) == 1); // both folds are one curve, through the cusp
+    CHECK(cusp.corrections < 100'000);
+}

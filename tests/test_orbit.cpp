@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Periodic orbits by shooting on words, and their multipliers.
+
+#include "catch.hpp"
+#include "systems.hpp"
+
+#include <filippov/orbit.hpp>
+
+#include <cmath>
+
+using namespace filippov;
+
+namespace {
+
+Vector oscillator_params(const AnySystem& system, double A, double omega) {
+    Vector p = system.defaults();
+    p[0] = A;
+    p[1] = omega;
+    return p;
+}
+Vector point(std::initializer_list<double> values) {
+    Vector x(Eigen::Index(values.size()));
+    std::copy(values.begin(), values.end(), x.begin());
+    return x;
+}
+/// The same orbit by plain simulation: it returns to its start.
+void check_returns(const AnySystem& system, const Orbit& orbit, double margin) {
+    const History run =
+        system.run(orbit.t_start, orbit.x_start, orbit.t_start + orbit.cycle.period, orbit.cycle.p);
+    REQUIRE(run.status == Status::ok);
+    CHECK((run.x - orbit.x_start).norm() <= margin);
+}
+/// Non-zero eigenvalues of the monodromy matrix are the multipliers: two different products.
+void check_multipliers(const Orbit& orbit, double margin) {
+    const Eigen::VectorXcd eigenvalues = orbit.monodromy.eigenvalues();
+    std::vector<std::complex<double>> sorted(eigenvalues.begin(), eigenvalues.end());
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
+    });
+    REQUIRE(sorted.size() == orbit.multipliers.size());
+    for (std::size_t k = 0; k < sorted.size(); ++k) {
+        CAPTURE(k, sorted[k], orbit.multipliers[k]);
+        CHECK(std::abs(sorted[k] - orbit.multipliers[k]) <= margin);
+    }
+}
+
+} // namespace
+
+TEST_CASE("orbit: words of the chapter's orbits", "[orbit]") {
+    const auto system = oscillator_system();
+    struct Case {
+        double A, omega;
+        const char* word;
+    };
+    // figures 4.9, 4.10, 4.12: points 1 to 5
+    for (const Case& c : {Case{5, 1.6, "-+"},
+                          {5, 1.72, "0-+"},
+                          {5, 2.5, "0-+"},
+                          {5, 2.8, "0-"},
+                          {4.9, 2.4, "0-+"},
+                          {4.9, 2.7, "0-"},
+                          {4.4, 1.6, "0-+"},
+                          {4.4, 1.8, "0-0+"},
+                          {4.4, 2.0, "0-"}}) {
+        CAPTURE(c.A, c.omega);
+        const Orbit orbit =
+            settle(*system, oscillator_params(*system, c.A, c.omega), point({0, 0}));
+        REQUIRE(orbit.status == Status::ok);
+        CHECK(orbit.cycle.word.string() == c.word);
+        CHECK(orbit.cycle.turns == 1);
+        CHECK(orbit.stable(true));
+        check_returns(*system, orbit, 1e-10);
+        check_multipliers(orbit, 1e-10);
+        if (orbit.cycle.word.string().find('0') != std::string::npos)
+            CHECK(orbit.multipliers.back() == 0.0); // exactly
+    }
+}
+
+TEST_CASE("orbit: the three period-one orbits of figure 4.16", "[orbit]") {
+    const auto system = oscillator_system();
+    const Vector p = oscillator_params(*system, 3.6, 1.067);
+    const Orbit a = orbit_near(*system, p, 0, point({-0.685, 3.01}), 1);
+    const Orbit c = orbit_near(*system, p, 0, point({-0.445, 1.27}), 1);
+    // the printed start lies beside the surface, the orbit on it
+    const Orbit b = orbit_near(*system, p, 0, point({-0.295, 0.99}), 1);
+    for (const Orbit* o : {&a, &b, &c}) {
+        REQUIRE(o->status == Status::ok);
+        CHECK(o->cycle.turns == 1);
+        check_multipliers(*o, 1e-10);
+    }
+    // the printed starts are read off a picture: two digits
+    CHECK(std::abs(a.x_start[0] + 0.685) < 0.02);
+    CHECK(std::abs(a.x_start[1] - 3.01) < 0.02);
+    CHECK(std::abs(b.x_start[0] + 0.295) < 0.02);
+    CHECK(std::abs(b.x_start[1] - 0.99) < 0.02);
+    CHECK(std::abs(c.x_start[0] + 0.445) < 0.02);
+    CHECK(std::abs(c.x_start[1] - 1.27) < 0.02);
+    CHECK(a.stable(true));
+    CHECK(b.stable(true));
+    CHECK_FALSE(c.stable(true));
+    check_returns(*system, a, 1e-10);
+    check_returns(*system, b, 1e-10);
+    check_returns(*system, c, 1e-10); // unstable, but one period grows errors by 2.1 only
+}
+
+TEST_CASE("orbit: methods and tolerances agree", "[orbit]") {
+    const auto exact = oscillator_system({.rtol = 1e-13, .atol = 1e-14});
+    const auto other = oscillator_system_5({.rtol = 1e-11, .atol = 1e-12});
+    const Vector p = oscillator_params(*exact, 3.6, 1.067);
+    const Orbit a = orbit_near(*exact, p, 0, point({-0.445, 1.27}), 1);
+    const Orbit b = orbit_near(*other, p, 0, point({-0.445, 1.27}), 1);
+    REQUIRE(a.status == Status::ok);
+    REQUIRE(b.status == Status::ok);
+    CHECK((a.x_start - b.x_start).norm() < 1e-9);
+    CHECK(std::abs(a.multipliers[0] - b.multipliers[0]) < 1e-8);
+}
+
+TEST_CASE("orbit: an orbit without events", "[orbit]") {
+    // far below the belt's speed with friction that only brakes: slip for ever
+    const auto system = oscillator_system();
+    Vector p = oscillator_params(*system, 0.5, 3.0);
+    p[5] = 50; // V
+    p[7] = 0;  // friction alpha + beta + eta r^2, which falls with v: damping of 2 g eta V
+    const Orbit orbit = settle(*system, p, point({0, 0}), {.transient = 100});
+    REQUIRE(orbit.status == Status::ok);
+    CHECK(orbit.cycle.word.string() == "-");
+    check_returns(*system, orbit, 1e-9);
+    check_multipliers(orbit, 1e-10);
+    CHECK(orbit.stable(true));
+}
+
+TEST_CASE("orbit: limit cycle of Dieci and Lopez (P4)", "[orbit]") {
+    const auto system = dieci_lopez_system();
+    const Orbit orbit = settle(*system, system->defaults(), point({0, 0}));
+    REQUIRE(orbit.status == Status::ok);
+    CHECK(orbit.cycle.word.string() == "0-");
+    CHECK(orbit.cycle.period == Approx(9.230770458083).epsilon(1e-12));
+    // planar, with a slide: 1 along the orbit, 0 across it
+    CHECK(orbit.multipliers[0] == 1.0);
+    CHECK(orbit.multipliers[1] == 0.0);
+    check_multipliers(orbit, 1e-11);
+    CHECK(orbit.stable(false));
+}
+
+TEST_CASE("orbit: limit cycles of relay feedback (P6, P7)", "[orbit]") {
+    const auto system = relay_system();
+    struct Case {
+        Vector p;
+        double period;
+        std::size_t slides;
+    };
+    const auto variant = [](double zeta, double omega) {
+        return point({zeta, omega, 1, 1, -2, 1});
+    };
+    for (const Case& c :
+         {Case{variant(1, 1), 8.8607064541, 2}, {variant(0.05, 8), 5.6077496932, 4}}) {
+        const Orbit orbit = settle(*system, c.p, point({0, 0.5, 0}), {.transient = 100});
+        REQUIRE(orbit.status == Status::ok);
+        CHECK(orbit.cycle.period == Approx(c.period).epsilon(1e-10));
+        const std::string word = orbit.cycle.word.string();
+        CHECK(std::size_t(std::count(word.begin(), word.end(), '0')) == c.slides);
+        CHECK(orbit.multipliers.back() == 0.0);
+        check_multipliers(orbit, 1e-9);
+        CHECK(orbit.stable(false));
+        // the sign of x may be turned: half a period later the orbit is its own mirror image
+        const History half =
+            system->run(orbit.t_start, orbit.x_start, orbit.t_start + orbit.cycle.period / 2, c.p);
+        CHECK((half.x + orbit.x_start).norm() < 1e-8);
+    }
+    // P6: the slides lie at the times of the table
+    const Orbit many =
+        settle(*system, system->defaults(), point({0, -0.001, -0.02}), {.transient = 100});
+    REQUIRE(many.status == Status::ok);
+    check_multipliers(many, 1e-9);
+}
+
+TEST_CASE("orbit: a search that finds none says why", "[orbit]") {
+    const auto system = oscillator_system();
+    // long cycles and chaos below the grazing-sliding bifurcation
+    const Orbit none = settle(*system, oscillator_params(*system, 0.5, 2.87), point({0, 0}),
+                              {.transient = 50, .max_turns = 2});
+    CHECK(none.status == Status::not_converged);
+    CHECK_FALSE(none.message.empty());
+    CHECK_THROWS_AS(
+        orbit_near(*system, oscillator_params(*system, 0.5, 2.94), 0, point({0, std::nan("")}), 1),
+        std::invalid_argument);
+}
+
+TEST_CASE("orbit: a caller who asks to stop is heard within an arc", "[orbit]") {
+    const Vector p = oscillator_params(*oscillator_system(), 0.5, 2.94);
+    bool found = false;
+    for (int patience = 0; patience < 4000 && !found; patience += 1 + patience / 8) {
+        int asked = 0;
+        const auto system = oscillator_system({.interrupted = [&] { return ++asked > patience; }});
+        const Orbit orbit = settle(*system, p, point({0, 0}), {.transient = 100, .max_turns = 4});
+        found = orbit.status == Status::ok;
+        if (!found && orbit.status != Status::not_converged) {
+            CHECK(orbit.status == Status::interrupted);
+            CHECK_FALSE(orbit.message.empty());
+        }
+        CHECK(asked < patience + 60); // each arc that is still tried asks once and ends
+    }
+    CHECK(found);
+}
