@@ -10,30 +10,53 @@ True
 from __future__ import annotations
 
 from . import models
+from ._bifurcation_set import BifurcationSet, bifurcation_set
+from ._branch import Branch, SpecialPoint, continuation
 from ._config import get_include, show_config
 from ._core import __version__
+from ._diagram import Diagram, bifurcation_diagram
 from ._event import EventKind
+from ._event_map import EventMap, FixedPoint, event_map
+from ._lyapunov import Lyapunov, lyapunov
+from ._orbit import Orbit, OrbitError, periodic_orbit
 from ._simulate import SimulationError, simulate
 from ._sliding_region import SlidingRegion, sliding_region
 from ._status import Status
+from ._store import load
 from ._system import Params, System
 from ._trajectory import Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
+    "BifurcationSet",
+    "Branch",
+    "Diagram",
     "EventKind",
+    "EventMap",
+    "FixedPoint",
+    "Lyapunov",
+    "Orbit",
+    "OrbitError",
     "Params",
     "Piece",
     "Settings",
     "SimulationError",
     "SlidingRegion",
     "Solution",
+    "SpecialPoint",
     "Stats",
     "Status",
     "System",
     "Trajectory",
     "__version__",
+    "bifurcation_diagram",
+    "bifurcation_set",
+    "continuation",
+    "event_map",
     "get_include",
+    "load",
+    "lyapunov",
     "models",
+    "periodic_orbit",
     "show_config",
     "simulate",
     "sliding_region",

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ._types import Floats
 
-__all__ = ["choice", "integer", "number", "refuse", "vector"]
+__all__ = ["choice", "integer", "number", "refuse", "span", "vector"]
 
 
 def refuse(
@@ -91,3 +91,13 @@ def choice(name: str, value: object, accepted: Mapping[str, int]) -> int:
     if isinstance(value, str) and value in accepted:
         return accepted[value]
     refuse(name, value, "expected one of " + ", ".join(map(repr, accepted)))
+
+
+def span(name: str, value: float, forced: bool, least: float) -> float:
+    """Length of a run: whole periods, or a time."""
+    what = "whole periods" if forced else "a time"
+    expected = f"expected a finite number {'>=' if least == 0 else '>'} 0: {what}"
+    result = number(name, value, expected)
+    if not result >= least or (forced and not result.is_integer()):
+        refuse(name, value, expected)
+    return result

@@ -22,6 +22,115 @@ class _Run(TypedDict):
     message: str
     raised: BaseException | None
 
+class _Diagram(TypedDict):
+    value: NDArray[np.int64]
+    period: NDArray[np.int64]
+    t_local: _Floats
+    y: _Floats
+    kind: NDArray[np.int32]
+    surface: NDArray[np.int32]
+    boundary: NDArray[np.int8]
+    forcing: _Floats
+    y_end: _Floats
+    cycle: NDArray[np.int64]
+    skipped: NDArray[np.int64]
+    status: list[str]
+    message: list[str]
+    counters: dict[str, int]
+    raised: BaseException | None
+
+class _Cycles(TypedDict):
+    size: NDArray[np.int64]
+    mode: NDArray[np.int8]
+    until: NDArray[np.int32]
+    t: _Floats
+    x: _Floats
+    s: _Floats
+    turns: NDArray[np.int64]
+    period: _Floats
+    p: _Floats
+    t_start: _Floats
+    x_start: _Floats
+
+class _Orbit(_Cycles):
+    multipliers: NDArray[np.complex128]
+    monodromy: _Floats
+    stable: bool
+    iterations: int
+    residual: float
+    status: str
+    message: str
+    raised: BaseException | None
+
+class _Columns(TypedDict):
+    phase: _Floats
+    boundary: NDArray[np.int8]
+    value: _Floats
+    value_boundary: NDArray[np.int8]
+    slope: _Floats
+    turns: NDArray[np.int64]
+    true_exit: NDArray[np.uint8]
+    status: NDArray[np.int32]
+    word: list[str]
+
+class _Images(_Columns):
+    raised: BaseException | None
+
+class _Graph(TypedDict):
+    samples: _Columns
+    left: _Columns
+    right: _Columns
+    jump: list[bool]
+    points: list[dict[str, Any]]
+    status: str
+    message: str
+    evaluations: int
+    raised: BaseException | None
+
+class _Exponents(TypedDict):
+    exponents: _Floats
+    error: _Floats
+    t_begin: float
+    t_end: float
+    slides: int
+    stretches: int
+    skipped: int
+    x: _Floats
+    status: str
+    message: str
+    raised: BaseException | None
+
+class _Special(TypedDict):
+    orbit: _Orbit
+    kind: str
+    node: int
+    side: int
+    word_before: str
+    word_after: str
+    conditions: list[tuple[str, float]]
+    multipliers: NDArray[np.complex128]
+
+class _Branch(_Cycles):
+    kind: str
+    multipliers: NDArray[np.complex128]
+    stable: NDArray[np.int8]
+    special: list[_Special]
+    ends: tuple[str, str]
+    corrections: int
+    status: str
+    raised: BaseException | None
+
+class _Curves(TypedDict):
+    curves: list[_Branch]
+    raised: BaseException | None
+
+class _Set(TypedDict):
+    branches: list[_Branch]
+    curves: list[_Branch]
+    corrections: int
+    failed_starts: int
+    raised: BaseException | None
+
 class Model:
     @property
     def name(self) -> str: ...
@@ -75,3 +184,141 @@ def simulate(
     params: object,
     /,
 ) -> _Run: ...
+def diagram(
+    model: Model,
+    x0: _Floats,
+    params: _Floats,
+    eighth_order: bool,
+    rtol: float,
+    atol: _Floats,
+    max_step: float,
+    max_steps: int,
+    max_events: int,
+    on_nonunique: int,
+    kinds: Sequence[int],
+    surface: int,
+    transient: float,
+    keep: float,
+    follow: bool,
+    chains: int,
+    skip_repeats: bool,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
+    /,
+) -> _Diagram: ...
+def settle(
+    model: Model,
+    p: _Floats,
+    x0: _Floats,
+    transient: float,
+    max_turns: int,
+    window: float,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    /,
+) -> _Orbit: ...
+def orbit_near(
+    model: Model,
+    p: _Floats,
+    t0: float,
+    x0: _Floats,
+    turns: int,
+    window: float,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    /,
+) -> _Orbit: ...
+def solve_orbit(
+    model: Model, cycle: tuple[Any, ...], rtol: float, atol: float, max_steps: int, /
+) -> _Orbit: ...
+def trace(
+    model: Model,
+    cycle: tuple[Any, ...],
+    parameter: int,
+    low: float,
+    high: float,
+    first_step: float,
+    max_step: float,
+    max_points: int,
+    progress: Callable[[int, int], object] | None,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    /,
+) -> _Branch: ...
+def trace_curves(
+    model: Model,
+    cycle: tuple[object, ...],
+    kind: int,
+    node: int,
+    side: int,
+    parameters: Sequence[int],
+    low: Sequence[float],
+    high: Sequence[float],
+    first_step: float,
+    max_step: float,
+    max_points: int,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    /,
+) -> _Curves: ...
+def bifurcation_set(
+    model: Model,
+    p: _Floats,
+    parameters: Sequence[int],
+    low: Sequence[float],
+    high: Sequence[float],
+    lines: int,
+    starts: int,
+    max_turns: int,
+    transient: float,
+    window: float,
+    max_curves: int,
+    first_step: float,
+    max_step: float,
+    max_points: int,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    /,
+) -> _Set: ...
+def bifurcation_names() -> list[str]: ...
+def map_graph(
+    model: Model,
+    p: _Floats,
+    rtol: float,
+    atol: float,
+    max_periods: float,
+    guess: _Floats | None,
+    iterate: int,
+    samples: int,
+    max_evaluations: int,
+    /,
+) -> _Graph: ...
+def map_images(
+    model: Model,
+    p: _Floats,
+    rtol: float,
+    atol: float,
+    max_periods: float,
+    guess: _Floats | None,
+    iterate: int,
+    boundary: NDArray[np.int32],
+    phase: _Floats,
+    /,
+) -> _Images: ...
+def lyapunov(
+    model: Model,
+    p: _Floats,
+    x0: _Floats,
+    rtol: float,
+    atol: float,
+    transient: float,
+    window: float,
+    stretch: float,
+    batches: int,
+    /,
+) -> _Exponents: ...

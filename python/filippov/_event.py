@@ -15,7 +15,15 @@ from . import _core
 from ._check import refuse
 from ._types import Record
 
-__all__ = ["EventFunction", "EventKind", "Watched", "event_log", "mode_changes", "watch_all"]
+__all__ = [
+    "KIND_NAMES",
+    "EventFunction",
+    "EventKind",
+    "Watched",
+    "event_log",
+    "mode_changes",
+    "watch_all",
+]
 
 
 class EventKind(str, Enum):
@@ -40,7 +48,8 @@ class EventKind(str, Enum):
 # `direction`.
 EventFunction = Callable[..., float]
 
-_KINDS = np.array(_core.event_kind_names())
+KIND_NAMES = tuple(_core.event_kind_names())
+_KINDS = np.array(KIND_NAMES)
 
 
 def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:

@@ -10,12 +10,14 @@ import numpy as np
 
 from ._check import refuse
 from ._sliding_region import SlidingRegion, sliding_region
-from ._types import Floats
+from ._types import Bools, Floats
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+    from ._diagram import Diagram
+    from ._event_map import EventMap
     from ._trajectory import Trajectory
 
 SLIP = {"color": "#1f5fa8", "linewidth": 1.2, "zorder": 2.2}
@@ -34,6 +36,20 @@ BOUNDARY: dict[str, Any] = {
     "markeredgecolor": "#7a4a00",
     "markeredgewidth": 0.8,
     "zorder": 2.1,
+}
+POINT: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 1.5, "rasterized": True}
+SIDES = {-1: ("#1f5fa8", "h < 0"), 0: ("#101010", "sliding"), 1: ("#c0392b", "h > 0")}
+# Curves of a map: the slide ends at the phase; the map starts with the rest of a slide.
+MAP: dict[str, Any] = {"color": "#1f5fa8", "linewidth": 1.6, "zorder": 2.2}
+PROLONGED: dict[str, Any] = {"color": "#e8a33d", "linewidth": 1.6, "linestyle": "--", "zorder": 2.1}
+DIAGONAL: dict[str, Any] = {"color": "#808080", "linewidth": 0.8, "zorder": 1.5}
+FIXED: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 7.0,
+    "markeredgecolor": "#101010",
+    "markeredgewidth": 1.2,
+    "zorder": 3.0,
 }
 POINTS_PER_STEP = 12
 MOST_POINTS = 200_000
@@ -148,3 +164,88 @@ def _same(a: SlidingRegion, b: SlidingRegion) -> bool:
         p.shape == q.shape and np.allclose(p, q, rtol=1e-12, atol=1e-12)
         for p, q in zip(a.pieces, b.pieces, strict=True)
     )
+
+
+def plot_diagram(
+    diagram: Diagram, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw the points of a diagram; see `Diagram.plot`."""
+    forced = bool((diagram.forcing > 0).any())
+    if y is None:
+        y = "phase" if forced and diagram.section != ("strobe",) else diagram.state[0]
+    if y == "phase" and forced:
+        column = diagram.phase
+    elif y == "t_local":
+        column = diagram.t_local
+    elif y in diagram.state:
+        column = diagram.y[diagram.state.index(y)]
+    else:
+        known = [*(["phase"] if forced else []), "t_local", *diagram.state]
+        refuse("y", y, f"expected one of {', '.join(map(repr, known))}")
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    for side, (colour, label) in SIDES.items():
+        mine = diagram.boundary == side
+        if mine.any():
+            style = {**POINT, "color": colour, "label": label} | artist_kw
+            artists += ax.plot(diagram.param[mine], column[mine], **style)
+    if not ax.get_xlabel():
+        ax.set_xlabel(diagram.parameter)
+    if not ax.get_ylabel():
+        ax.set_ylabel("phase (rad)" if y == "phase" else y)
+    return artists
+
+
+def plot_event_map(
+    graph: EventMap, ax: Axes | None, boundary: int | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw a transition map with its diagonal and fixed points; see `EventMap.plot`."""
+    if boundary not in (None, -1, 1):
+        refuse("boundary", boundary, "expected -1 or +1, or None")
+    returns = graph.true_exit & (graph.value_boundary == graph.boundary)
+    drawn = [b for b in (-1, 1) if (graph.boundary[returns] == b).any()] or [-1, 1]
+    drawn = drawn if boundary is None else [boundary]
+
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    for b in drawn:
+        where = f" from s = {b:+d}" if len(drawn) > 1 else ""
+        for true_exit, style, what in (
+            (True, MAP, "transition map"),
+            (False, PROLONGED, "starts with a slide: never an image"),
+        ):
+            for target in (-1, 1):
+                chosen = (graph.boundary == b) & (graph.true_exit == true_exit)
+                chosen &= graph.value_boundary == target
+                if not chosen.any():
+                    continue
+                to = "" if target == b else f" to s = {target:+d}"
+                look = style | {"label": what + where + to} | artist_kw
+                if len(drawn) > 1 and "color" not in artist_kw:
+                    look["alpha"] = 1.0 if b < 0 else 0.5
+                artists += ax.plot(*_curve(graph, chosen), **look)
+    turn = 2 * np.pi
+    artists += ax.plot([0, turn], [0, turn], **DIAGONAL)
+    for stable in (True, False):
+        met = [f.phase for f in graph.fixed_points() if f.stable == stable and f.boundary in drawn]
+        if met:
+            face = "#101010" if stable else "white"
+            label = "stable" if stable else "unstable"
+            artists += ax.plot(met, met, markerfacecolor=face, label=label, **FIXED)
+    if not ax.get_xlabel():
+        ax.set_xlabel("phase")
+    if not ax.get_ylabel():
+        many = graph.iterate > 1
+        ax.set_ylabel(f"phase {graph.iterate} transitions on" if many else "phase of the next one")
+    return artists
+
+
+def _curve(graph: EventMap, chosen: Bools) -> tuple[Floats, Floats]:
+    """Make a curve of the chosen samples; NaN lifts the pen at jumps."""
+    k = np.flatnonzero(chosen)
+    x, y = graph.phase[k], graph.value[k]
+    # breaks are bisected: a leap between close neighbours is a jump
+    leaps = (np.diff(x) < 1e-12) & (np.abs(np.diff(y)) > 1e-5)
+    lifted = leaps | (np.diff(k) > 1) | (np.abs(np.diff(y)) > np.pi)
+    at = np.flatnonzero(lifted) + 1
+    return np.insert(x, at, np.nan), np.insert(y, at, np.nan)

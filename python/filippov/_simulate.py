@@ -18,11 +18,18 @@ from ._system import Params, System
 from ._trajectory import Settings, Solution, Stats, Trajectory
 from ._types import Floats
 
-__all__ = ["SimulationError", "simulate"]
+__all__ = [
+    "METHODS",
+    "METHOD_NAMES",
+    "POLICIES",
+    "SimulationError",
+    "absolute_tolerance",
+    "simulate",
+]
 
-_METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1}
-_METHOD_NAMES = ("dopri5", "dop853")
-_POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
+METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1}
+METHOD_NAMES = ("dopri5", "dop853")
+POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
 
 
 class SimulationError(RuntimeError):
@@ -113,15 +120,15 @@ def simulate(
     p = np.array(list(run_params.values()), dtype=np.float64)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = _span(t_span)
-    eighth_order = choice("method", method, _METHODS)
+    eighth_order = choice("method", method, METHODS)
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
-    tolerance = _atol(atol, sys.dim)
+    tolerance = absolute_tolerance(atol, sys.dim)
     max_step = number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True)
     if first_step is not None:
         first_step = number("first_step", first_step, "expected a number > 0, or None", above=0.0)
     max_steps = integer("max_steps", max_steps)
     max_events = integer("max_events", max_events)
-    policy = choice("on_nonunique", on_nonunique, _POLICIES)
+    policy = choice("on_nonunique", on_nonunique, POLICIES)
     times = None if t_eval is None else _times(t_eval, t0, t_end)
     watched = watch_all(events)
 
@@ -145,7 +152,7 @@ def simulate(
         run_params,
     )
     settings = Settings(
-        method=_METHOD_NAMES[eighth_order],
+        method=METHOD_NAMES[eighth_order],
         rtol=rtol,
         atol=tuple(tolerance.tolist()),
         max_step=max_step,
@@ -204,7 +211,8 @@ def _span(t_span: tuple[float, float]) -> tuple[float, float]:
     return number("t_span[0]", t0, expected), number("t_span[1]", t_end, expected)
 
 
-def _atol(atol: ArrayLike, dim: int) -> Floats:
+def absolute_tolerance(atol: ArrayLike, dim: int) -> Floats:
+    """Check an absolute tolerance: one number for all components, or one each."""
     expected = f"expected a finite number >= 0, or {dim} of them"
     try:
         array = np.asarray(atol, dtype=np.float64)

@@ -12,7 +12,7 @@ from ._check import integer, number, refuse
 from ._system import Params, System
 from ._types import Bools, Floats
 
-__all__ = ["SlidingRegion", "sliding_region"]
+__all__ = ["SlidingRegion", "sliding_region", "surface_curves"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +155,12 @@ def _chains(links: dict[int, list[int]]) -> list[list[int]]:
         if len(chain) > 1:
             chains.append(chain)
     return chains
+
+
+def surface_curves(sys: System, t: float, box: Floats, params: Params) -> list[Floats]:
+    """Curves of the surface of a planar system in a rectangle, box of shape (2, 2): low, high."""
+    u, v = (np.linspace(low, high, 101) for low, high in box)
+    return _curves(sys, t, (u, v), params)
 
 
 def _slides(sys: System, t: float, x: Floats, params: Params) -> Bools:

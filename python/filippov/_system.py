@@ -13,7 +13,7 @@ from . import _core
 from ._check import number, refuse
 from ._types import FloatOrArray, Floats
 
-__all__ = ["Params", "System"]
+__all__ = ["Params", "System", "restore"]
 
 Side = int | Sequence[int]
 
@@ -278,7 +278,7 @@ class System:
 
         if getattr(models, self.name, None) is None:
             raise TypeError(f"cannot pickle {self.name!r}: it is not among filippov.models")
-        return _restore, (self.name, dict(self._params))
+        return restore, (self.name, dict(self._params))
 
     # --- arguments ----------------------------------------------------------------------------
 
@@ -358,7 +358,8 @@ class System:
         return sides
 
 
-def _restore(name: str, params: dict[str, float]) -> System:
+def restore(name: str, params: dict[str, float]) -> System:
+    """Give a system of `filippov.models` with other parameter values."""
     from . import models
 
     system: System = getattr(models, name)

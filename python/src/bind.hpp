@@ -8,8 +8,11 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -45,6 +48,63 @@ inline void expect(bool fits, const char* what) {
         throw std::invalid_argument(std::string("filippov._core: ") + what);
 }
 
+inline py::dict counters_to_dict(const Counters& c) {
+    py::dict d;
+    d["steps"] = c.steps;
+    d["rejected"] = c.rejected;
+    d["field"] = c.field;
+    d["root_searches"] = c.root_searches;
+    d["interpolants"] = c.interpolants;
+    d["landings"] = c.landings;
+    d["events"] = c.events;
+    return d;
+}
+
+/// Asks Python for signals, at most every 50 ms.
+class SignalCheck {
+public:
+    bool operator()() {
+        if (raised_)
+            return true;
+        const auto now = std::chrono::steady_clock::now();
+        if (now - last_ < std::chrono::milliseconds(50))
+            return false;
+        last_ = now;
+        const py::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() != 0)
+            raised_.emplace();
+        return raised_.has_value();
+    }
+    /// Keeps what a callback raised: to the loop it is a wish to stop, like a signal.
+    void raise(py::error_already_set error) { raised_.emplace(std::move(error)); }
+    /// The exception that was raised, None if none did.
+    py::object raised() const { return raised_ ? py::object(raised_->value()) : py::none(); }
+    bool has_raised() const { return raised_.has_value(); }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    std::optional<py::error_already_set> raised_;
+};
+
+/// A Python callable as the loop's progress; what it raises ends the loop.
+inline std::function<void(std::size_t, std::size_t)> progress(const py::object& function,
+                                                              SignalCheck& signals) {
+    if (function.is_none())
+        return {};
+    return [&function, &signals](std::size_t done, std::size_t total) {
+        const py::gil_scoped_acquire gil;
+        try {
+            if (!signals.has_raised())
+                function(done, total);
+        } catch (py::error_already_set& error) {
+            signals.raise(std::move(error));
+        }
+    };
+}
+
+void bind_diagram(py::module_& m);
+void bind_orbit(py::module_& m);
+void bind_maps(py::module_& m);
 void bind_status(py::module_& m);
 void bind_system(py::module_& m);
 void bind_trajectory(py::module_& m);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -10,29 +9,6 @@ namespace filippov::python {
 namespace {
 
 using Doubles = Array<double>;
-using Clock = std::chrono::steady_clock;
-
-/// Asks Python for signals, at most every 50 ms.
-class SignalCheck {
-public:
-    bool operator()() {
-        const Clock::time_point now = Clock::now();
-        if (now - last_ < std::chrono::milliseconds(50))
-            return false;
-        last_ = now;
-        const py::gil_scoped_acquire gil;
-        if (PyErr_CheckSignals() == 0)
-            return false;
-        raised_.emplace();
-        return true;
-    }
-    /// The exception that a signal handler raised, None if none did.
-    py::object raised() const { return raised_ ? py::object(raised_->value()) : py::none(); }
-
-private:
-    Clock::time_point last_ = Clock::now();
-    std::optional<py::error_already_set> raised_;
-};
 
 /// A Python event function; with `params` it is called with them as a third argument.
 std::function<double(double, const double*)> watch(int index, py::function function, int dim,
@@ -67,18 +43,6 @@ py::dict events_to_dict(EventColumns&& e, py::ssize_t dim, py::ssize_t surfaces)
     d["x_left"] = as_array(std::move(e.x_left), {n, dim});
     d["x_right"] = as_array(std::move(e.x_right), {n, dim});
     d["s"] = as_array(std::move(e.s), {n});
-    return d;
-}
-
-py::dict counters_to_dict(const Counters& c) {
-    py::dict d;
-    d["steps"] = c.steps;
-    d["rejected"] = c.rejected;
-    d["field"] = c.field;
-    d["root_searches"] = c.root_searches;
-    d["interpolants"] = c.interpolants;
-    d["landings"] = c.landings;
-    d["events"] = c.events;
     return d;
 }
 

@@ -4,6 +4,7 @@
 
 #include "model.hpp"
 
+#include <filippov/diagram.hpp>
 #include <filippov/trajectory.hpp>
 
 #include <algorithm>
@@ -329,7 +330,73 @@ public:
         return run(task, Watches{task.watches, {}});
     }
 
+    std::shared_ptr<const AnySystem> analysis(const Precision& precision) const override {
+        if constexpr (M == 1)
+            return any_system(sys_, precision);
+        else
+            return nullptr;
+    }
+    DiagramColumns diagram(const DiagramTask& task) const override {
+        return task.eighth_order ? diagram<DormandPrince8>(task) : diagram<DormandPrince5>(task);
+    }
+
 private:
+    template <class Tableau> DiagramColumns diagram(const DiagramTask& task) const {
+        std::vector<P> all(task.params.size() / std::max<std::size_t>(params_v<Sys>, 1));
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i] = params(std::span(task.params).subspan(i * std::size_t(params_v<Sys>)));
+        DiagramSettings<double, N> d;
+        d.run = settings_of(task);
+        d.section.strobe = task.kinds.empty();
+        d.section.events = {};
+        for (const int kind : task.kinds)
+            d.section.events.add(static_cast<EventKind>(kind));
+        d.section.surface = task.surface;
+        d.transient = task.transient;
+        d.keep = task.keep;
+        d.follow = task.follow;
+        d.chains = task.chains;
+        d.skip_repeats = task.skip_repeats;
+        d.parallel = task.parallel;
+        X x0;
+        std::copy_n(task.x0.begin(), N, x0.data());
+        return columns(bifurcation_diagram<Tableau>(sys_, std::span<const P>(all), x0, d));
+    }
+    static DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) {
+        DiagramColumns c;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            for (const DiagramPoint<double, N>& point : values[i].points) {
+                c.value.push_back(static_cast<long long>(i));
+                c.period.push_back(point.period);
+                c.t_local.push_back(point.t_local);
+                c.x.insert(c.x.end(), point.x.begin(), point.x.end());
+                c.kind.push_back(static_cast<int>(point.kind));
+                c.surface.push_back(point.surface);
+                c.boundary.push_back(static_cast<signed char>(point.boundary));
+            }
+            c.forcing.push_back(values[i].period);
+            c.x_end.insert(c.x_end.end(), values[i].x_end.begin(), values[i].x_end.end());
+            c.cycle.push_back(values[i].cycle);
+            c.skipped.push_back(values[i].skipped);
+            c.status.emplace_back(name(values[i].status));
+            c.message.push_back(values[i].message);
+            c.counters += values[i].counters;
+        }
+        return c;
+    }
+    static Settings<double, N> settings_of(const RunSettings& run) {
+        Settings<double, N> settings;
+        X atol;
+        std::copy_n(run.atol.begin(), N, atol.data());
+        settings.rtol = run.rtol;
+        settings.atol = atol;
+        settings.max_step = run.max_step;
+        settings.first_step = run.first_step;
+        settings.max_steps = run.max_steps;
+        settings.max_events = run.max_events;
+        settings.on_nonunique = run.on_nonunique;
+        return settings;
+    }
     static P params(std::span<const double> p) {
         P q;
         std::copy_n(p.begin(), params_v<Sys>, q.data());
@@ -361,21 +428,13 @@ private:
                                  : run<DormandPrince5>(task, watched);
     }
     template <class Tableau, class Sec> Run run(const Task& task, const Sec& watched) const {
-        X x0, atol, scale;
+        const Settings<double, N> settings = settings_of(task);
+        X x0, scale;
         std::copy_n(task.x0.begin(), N, x0.data());
-        std::copy_n(task.atol.begin(), N, atol.data());
         for (int i = 0; i < N; ++i)
-            scale[i] = std::max(atol[i] + task.rtol * std::abs(x0[i]),
+            scale[i] = std::max(settings.atol[i] + task.rtol * std::abs(x0[i]),
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
-        Settings<double, N> settings;
-        settings.rtol = task.rtol;
-        settings.atol = atol;
-        settings.max_step = task.max_step;
-        settings.first_step = task.first_step;
-        settings.max_steps = task.max_steps;
-        settings.max_events = task.max_events;
-        settings.on_nonunique = task.on_nonunique;
         Keeper<Sys> keeper(sys_, p, task, scale);
         return keeper.finish(
             flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, keeper, watched));

@@ -22,6 +22,9 @@ PYBIND11_MODULE(_core, m) {
     fpy::bind_status(m);
     fpy::bind_system(m);
     fpy::bind_trajectory(m);
+    fpy::bind_diagram(m);
+    fpy::bind_orbit(m);
+    fpy::bind_maps(m);
 
     pybind11::dict config;
     config["compiler"] = compiler;
@@ -44,6 +47,11 @@ PYBIND11_MODULE(_core, m) {
     config["simd"] = "neon";
 #else
     config["simd"] = "none";
+#endif
+#ifdef _OPENMP
+    config["threads"] = "OpenMP";
+#else
+    config["threads"] = "none";
 #endif
     m.attr("config") = config;
 }

@@ -3,8 +3,8 @@
 // knows pybind11, so that a model's translation unit compiles the engine and nothing else.
 #pragma once
 
-#include <filippov/mode.hpp>
-#include <filippov/segment.hpp>
+#include <filippov/any_system.hpp>
+#include <filippov/parallel.hpp>
 
 #include <array>
 #include <functional>
@@ -37,13 +37,9 @@ struct Watch {
 /// How many event functions a run takes: the engine keeps its guards in fixed storage.
 inline constexpr int max_watches = 16;
 
-/// Everything a run is told.
-struct Task {
-    std::vector<double> x0;
-    std::vector<double> params;
+/// What every run is told.
+struct RunSettings {
     std::vector<double> atol;
-    double t0 = 0;
-    double t_end = 0;
     double rtol = 0;
     double max_step = 0;
     double first_step = 0;
@@ -51,10 +47,46 @@ struct Task {
     long long max_events = 0;
     NonUnique on_nonunique = NonUnique::stop;
     bool eighth_order = false;
+};
+
+/// Everything a run is told.
+struct Task : RunSettings {
+    std::vector<double> x0;
+    std::vector<double> params;
+    double t0 = 0;
+    double t_end = 0;
     bool dense = true;
     std::optional<std::vector<double>> t_eval;
     std::vector<Watch> watches;
     std::function<bool()> interrupted;
+};
+
+/// Everything a bifurcation diagram is told.
+struct DiagramTask : RunSettings {
+    std::vector<double> x0;
+    std::vector<double> params; ///< one row a value
+    std::vector<int> kinds;     ///< event kinds; none: a strobe
+    int surface = -1;
+    double transient = 0;
+    double keep = 0;
+    bool follow = false;
+    int chains = 1;
+    bool skip_repeats = true;
+    Parallel parallel;
+};
+
+/// Everything a bifurcation diagram leaves behind, one column a field.
+struct DiagramColumns {
+    // one entry a point
+    std::vector<long long> period, value;
+    std::vector<double> t_local, x; ///< states: dim values a point
+    std::vector<int> kind, surface;
+    std::vector<signed char> boundary;
+    // one entry a value
+    std::vector<double> forcing, x_end; ///< period of the forcing; dim values of the state
+    std::vector<long long> cycle, skipped;
+    std::vector<std::string> status, message;
+    Counters counters; ///< of all runs
 };
 
 /// A run's solution at any time in its span.
@@ -131,6 +163,10 @@ public:
                          std::span<const double> p, std::span<double> out) const = 0;
     /// Follows the solution. Exceptions of watches and of `interrupted` pass through.
     virtual Run simulate(const Task& task) const = 0;
+    /// For maps, orbits and bifurcations; null for a system with several surfaces.
+    virtual std::shared_ptr<const AnySystem> analysis(const Precision& precision) const = 0;
+    /// Exceptions of the task's own functions pass through.
+    virtual DiagramColumns diagram(const DiagramTask& task) const = 0;
 };
 
 // The compiled models, one translation unit a header.

@@ -28,6 +28,12 @@ for piece in run.segments():
     t: NDArray[np.float64] = piece.t
 region = fp.sliding_region(fp.models.oscillator, bounds={"y": (-1.0, 1.0), "v": (0.0, 2.0)})
 ends: NDArray[np.float64] = region.boundary
+graph: fp.EventMap = fp.event_map(fp.models.oscillator, samples=16)
+points: list[fp.FixedPoint] = graph.fixed_points()
+slope: NDArray[np.float64] = graph.slope
+growth: NDArray[np.float64] = fp.lyapunov(
+    fp.models.oscillator, [0.0, 0.0], transient=0, window=20
+).exponents
 wrong: int = run.message  # type: ignore[assignment]
 """
 

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bifurcations in a rectangle of two parameters, from nothing but the model."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _core
+from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
+from ._check import integer, number, refuse
+from ._orbit import _refuse_systems, precision
+from ._store import Stored
+from ._system import System
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["BifurcationSet", "bifurcation_set"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationSet(Stored):
+    """Result of `bifurcation_set`."""
+
+    branches: tuple[Branch, ...]  #: of orbits, over the first parameter
+    curves: tuple[Branch, ...]  #: of bifurcations, in both
+    corrections: int  #: Newton iterations, each one flow of one cycle with derivatives
+    failed_starts: int  #: points of the rectangle from which no orbit was found
+
+    @property
+    def specials(self) -> tuple[SpecialPoint, ...]:
+        """Points of codimension two, each once."""
+        found: list[SpecialPoint] = []
+        for curve in self.curves:
+            for point in curve.specials:
+                here = np.array(list(point.param.values()))
+                known = (np.array(list(p.param.values())) for p in found if p.kind == point.kind)
+                if not any(np.allclose(here, each, rtol=1e-8, atol=0) for each in known):
+                    found.append(point)
+        return tuple(found)
+
+    def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw all curves in the plane of the parameters, points of codimension two marked.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the curves.
+
+        Returns
+        -------
+        list of artists
+        """
+        from ._plot_orbit import plot_curves
+
+        return plot_curves(self.curves, ax, artist_kw)
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(curve.kind for curve in self.curves)
+        points = ", ".join(
+            f"{s.kind} at ({', '.join(f'{v:.9g}' for v in s.param.values())})"
+            for s in self.specials
+        )
+        return (
+            f"<BifurcationSet: {len(self.branches)} branches; curves of {kinds or 'nothing'}; "
+            f"{points or 'no points of codimension two'}; {self.corrections} flows>"
+        )
+
+    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+        arrays: dict[str, np.ndarray[Any, Any]] = {}
+        content: dict[str, Any] = {"branches": [], "curves": []}
+        for what in ("branches", "curves"):
+            for k, branch in enumerate(getattr(self, what)):
+                parts, meta = branch._pack()
+                arrays |= {f"{what}_{k}_{name}": part for name, part in parts.items()}
+                content[what].append(meta)
+        content |= {name: getattr(self, name) for name in ("corrections", "failed_starts")}
+        return arrays, content
+
+    @classmethod
+    def _unpack(
+        cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]
+    ) -> BifurcationSet:
+        def branch(what: str, k: int) -> Branch:
+            start = f"{what}_{k}_"
+            parts = {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
+            return Branch._unpack(parts, meta[what][k])
+
+        return cls(
+            branches=tuple(branch("branches", k) for k in range(len(meta["branches"]))),
+            curves=tuple(branch("curves", k) for k in range(len(meta["curves"]))),
+            corrections=meta["corrections"],
+            failed_starts=meta["failed_starts"],
+        )
+
+
+def bifurcation_set(
+    sys: System,
+    box: Mapping[str, tuple[float, float]],
+    *,
+    params: Mapping[str, float] | None = None,
+    lines: int = 3,
+    starts: int = 3,
+    max_turns: int = 1,
+    transient: float = 200.0,
+    window: float = 200.0,
+    max_curves: int = 64,
+    max_step: float = 0.05,
+    first_step: float = 0.01,
+    max_points: int = 2000,
+    rtol: float = 1e-12,
+    atol: float = 1e-13,
+    max_steps: int = 10_000_000,
+) -> BifurcationSet:
+    """Find the bifurcations of periodic orbits in a rectangle of two parameters.
+
+    On a few lines over the first parameter the orbits on which solutions from the origin settle are
+    followed; each bifurcation met is followed in both parameters, and so are the curves that start
+    at points of codimension two. What is not connected with any of these orbits is not found.
+
+    Parameters
+    ----------
+    sys : System
+        With one surface.
+    box : mapping
+        Range of two parameters: `{"omega": (1.5, 3.2), "A": (4.0, 5.5)}`.
+    params : mapping, optional
+        Values of the other parameters that replace `sys.params`.
+    lines : int
+        How many lines, at equidistant values of the second parameter.
+    starts : int
+        On each line, at how many values of the first parameter orbits are looked for.
+    max_turns : int
+        Longest orbit that is looked for, forcing periods.
+    transient : float
+        Before an orbit is looked for: forcing periods, or time for an autonomous system.
+    window : float
+        Time in which an orbit of an autonomous system has to return.
+    max_curves : int
+        Bound on the number of curves.
+    max_step, first_step, max_points, rtol, atol, max_steps
+        As in `continuation`.
+
+    Returns
+    -------
+    BifurcationSet
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a second of Ctrl-C; its attribute `set` is what was found up to there.
+    """
+    _refuse_systems(sys)
+    try:
+        names = two_parameters(sys, tuple(box))
+        pairs = [box[name] for name in names]
+    except (TypeError, IndexError, KeyError):
+        expected = "expected a mapping of two parameters to (low, high)"
+        refuse("box", box, expected, TypeError)
+    spans = {name: _span(name, pair) for name, pair in zip(names, pairs, strict=True)}
+    values = sys._merged(params)
+    low, high = zip(*spans.values(), strict=True)
+    tolerances = precision(rtol, atol, max_steps)
+    found = _core.bifurcation_set(
+        sys._model,
+        sys._values(params),
+        [list(sys.params).index(name) for name in names],
+        low,
+        high,
+        integer("lines", lines),
+        integer("starts", starts),
+        integer("max_turns", max_turns),
+        number("transient", transient, "expected a number >= 0", above=-1e-300),
+        number("window", window, "expected a number > 0", above=0.0),
+        integer("max_curves", max_curves),
+        number("first_step", first_step, "expected a number > 0", above=0.0),
+        number("max_step", max_step, "expected a number > 0", above=0.0),
+        integer("max_points", max_points),
+        *tolerances,
+    )
+    over = {names[0]: spans[names[0]]}
+    result = BifurcationSet(
+        branches=tuple(
+            branch_from(sys, _at(values, names[1], each), over, KINDS, each, tolerances[:2])
+            for each in found["branches"]
+        ),
+        curves=tuple(
+            branch_from(sys, values, spans, KINDS, each, tolerances[:2]) for each in found["curves"]
+        ),
+        corrections=found["corrections"],
+        failed_starts=found["failed_starts"],
+    )
+    raised = found["raised"]
+    if raised is not None:
+        with contextlib.suppress(AttributeError):
+            raised.set = result  # type: ignore[attr-defined]
+        raise raised
+    return result
+
+
+def _span(name: str, bounds: tuple[float, float]) -> tuple[float, float]:
+    what, expected = f"box[{name!r}]", "expected two finite numbers, low < high"
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        refuse(what, bounds, expected)
+    low, high = number(f"{what}[0]", low, expected), number(f"{what}[1]", high, expected)
+    if not low < high:
+        refuse(what, bounds, expected)
+    return low, high
+
+
+def _at(values: Mapping[str, float], name: str, found: _core._Branch) -> dict[str, float]:
+    """Give the parameter values of a line."""
+    index = list(values).index(name)
+    return dict(values) | ({name: float(found["p"][0, index])} if found["p"].size else {})

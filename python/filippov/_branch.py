@@ -1,0 +1,590 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Branches of periodic orbits over one parameter, and the bifurcations on them."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._check import integer, number, refuse
+from ._cycle import node_events, without_point
+from ._orbit import Complexes, Orbit, orbit_from, precision
+from ._progress import Progress, shown
+from ._status import Status
+from ._store import Stored, pack_system, unpack_system
+from ._system import Params, System
+from ._types import Bools, Floats, Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["Branch", "SpecialPoint", "continuation"]
+
+KINDS = tuple(_core.bifurcation_names())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpecialPoint:
+    """A bifurcation on a branch."""
+
+    kind: str  #: which, for instance "adding-sliding"
+    param: dict[str, float]  #: values of the followed parameters, by name
+    orbit: Orbit  #: the orbit there; its events include the node where it bifurcates
+    node: int  #: index of that event; -1 for a fold, a flip, a Neimark-Sacker bifurcation
+    side: int  #: boundary of the sliding region that is met, `s = side`; 0 for those
+    word_before: str  #: word of the branch before the point, in the order of the branch
+    word_after: str  #: and after it; empty if no orbit goes on there
+    #: residuals and signs of the conditions of section 4.4, by name: `h`, `1 + s` (`1 - s`), `L1`
+    #: (`L2`) and its derivatives along its own field `L1'` and `L1''`
+    conditions: dict[str, float]
+    multipliers: Complexes  #: of the branch just before the point, shape (dim,)
+    status: Status  #: `ok`, or `not_converged` if the point was seen and not located
+
+    @property
+    def t(self) -> float:
+        """Time of the bifurcating event since the start; NaN for smooth bifurcations."""
+        return float(self.orbit.events["t"][self.node]) if self.node >= 0 else np.nan
+
+    @property
+    def x(self) -> Floats:
+        """State at the bifurcating event; at the start for smooth bifurcations."""
+        if self.node < 0:
+            return self.orbit.x0
+        x: Floats = self.orbit.events["x"][self.node]
+        return x
+
+    @property
+    def phase(self) -> float:
+        """Phase of the forcing at the bifurcating event; NaN where there is none."""
+        return float(self.orbit.events["phase"][self.node]) if self.node >= 0 else np.nan
+
+    def __repr__(self) -> str:
+        where = ", ".join(f"{name} = {value:.12g}" for name, value in self.param.items())
+        words = f"{self.word_before} to {self.word_after or 'nothing'}"
+        return f"<{self.kind} at {where}: {words}; {self.status}>"
+
+
+_POINTS = ("word", "period", "turns", "stable", "multipliers", "x0", "events")
+_SCALARS = ("kind", "param", "node", "side", "word_before", "word_after", "conditions")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(Stored):
+    """Result of `continuation`: one entry a point, in the order along the branch.
+
+    A branch of periodic orbits over one parameter, or of bifurcations of one `kind` in two.
+    """
+
+    kind: str  #: of a curve of bifurcations; empty for orbits
+    param: dict[str, Floats]  #: values of the followed parameters, by name, shape (n_points,)
+    word: NDArray[np.str_]  #: see `Orbit.word`
+    period: Floats  #: duration of one cycle
+    turns: NDArray[np.int64]  #: forcing periods of one cycle
+    stable: Bools  #: see `Orbit.stable`
+    multipliers: Complexes  #: largest first, shape (n_points, dim)
+    x0: Floats  #: state at the start of the cycle, see `Orbit.x0`; shape (dim, n_points)
+    events: Record  #: as `Orbit.events`, of all points; `point` is the index of the point
+
+    specials: tuple[SpecialPoint, ...]  #: bifurcations in the order along the branch
+    status: Status  #: `ok`, or of the end that went worse
+    ends: tuple[str, str]  #: why the branch ends there, first point and last
+    corrections: int  #: Newton iterations, each one flow of one cycle with derivatives
+
+    system: System  #: of what
+    params: Params  #: the other parameter values
+    bounds: dict[str, tuple[float, float]]  #: of the parameters, by name
+    detect: tuple[str, ...]  #: kinds that were asked for
+    rtol: float  #: tolerances of every integration: relative
+    atol: float  #: and absolute
+    #: curves of other kinds that start at points of codimension two of this one
+    connected: tuple[Branch, ...] = ()
+
+    @property
+    def special(self) -> dict[str, tuple[SpecialPoint, ...]]:
+        """Bifurcations by kind, for every kind that was asked for."""
+        return {kind: tuple(s for s in self.specials if s.kind == kind) for kind in self.detect}
+
+    @property
+    def success(self) -> bool:
+        """True if both ends are proper: a bound, or a point where the orbit ceases to exist."""
+        return self.status is Status.ok
+
+    @property
+    def message(self) -> str:
+        """Why the branch ends where it ends."""
+        return f"first point: {self.ends[0]}; last point: {self.ends[1]}"
+
+    def __len__(self) -> int:
+        return self.period.size
+
+    def orbit(self, index: int) -> Orbit:
+        """Orbit of one point, with its monodromy matrix.
+
+        Parameters
+        ----------
+        index : int
+            Which point; negative ones count from the end.
+        """
+        n = len(self)
+        if not -n <= index < n:
+            refuse("index", index, f"expected an index of {n} points")
+        i = int(index) % n
+        values = self._params_at(i)
+        nodes = without_point(self.events[self.events["point"] == i])
+        start = Orbit(
+            word=str(self.word[i]),
+            period=float(self.period[i]),
+            turns=int(self.turns[i]),
+            stable=bool(self.stable[i]),
+            multipliers=self.multipliers[i],
+            monodromy=np.full(2 * (self.system.dim,), np.nan),
+            t0=0.0,
+            x0=self.x0[:, i].copy(),
+            events=nodes,
+            params=values,
+            system=self.system,
+            status=Status.ok,
+            message="",
+            residual=np.nan,
+            iterations=0,
+            rtol=self.rtol,
+            atol=self.atol,
+        )
+        cycle = start._cycle().as_tuple()
+        tolerances = precision(self.rtol, self.atol, 10_000_000)
+        found = _core.solve_orbit(self.system._model, cycle, *tolerances)
+        if found["raised"] is not None:
+            raise found["raised"]
+        return orbit_from(self.system, found, values, self.rtol, self.atol)
+
+    def plot(
+        self, ax: Axes | None = None, *, y: str | None = None, **artist_kw: Any
+    ) -> list[Artist]:
+        """Draw the branch over its parameter: stable solid, unstable dashed, bifurcations marked.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        y : str, optional
+            "phase" (where slides end, as in figure 4.5), "period", "multiplier" (the largest
+            modulus) or a state component at the start of the cycle. By default the phase for a
+            forced system with slides, else the first state component. A curve in two parameters is
+            drawn in their plane, with the curves connected with it.
+        **artist_kw
+            For the lines.
+
+        Returns
+        -------
+        list of artists
+            Lines, then one set of marks for each kind of bifurcation.
+        """
+        from ._plot_orbit import plot_branch, plot_curves
+
+        if self.kind:
+            if y is not None:
+                refuse("y", y, "expected None: a curve is drawn over its two parameters")
+            return plot_curves([self, *self.connected], ax, artist_kw)
+        return plot_branch(self, ax, y, artist_kw)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the branch as an `xarray.Dataset`: dimensions `point`, `event`, `special`, `state`.
+
+        Orbits of bifurcations are left out; their parameter values, kinds and words are there.
+        """
+        import xarray as xr
+
+        variables: dict[str, Any] = {
+            column: ("point", getattr(self, column))
+            for column in ("word", "period", "turns", "stable")
+        }
+        variables["multipliers"] = (("point", "multiplier"), self.multipliers)
+        variables["x0"] = (("state", "point"), self.x0)
+        for field in self.events.dtype.names or ():
+            dims = ("event", "state") if field == "x" else ("event",)
+            variables[f"event_{field}"] = (dims, self.events[field])
+        for column in ("kind", "word_before", "word_after", "side"):
+            each = [getattr(s, column) for s in self.specials]
+            variables[f"special_{column}"] = ("special", np.array(each))
+        coords: dict[str, Any] = {"state": list(self.system.state)}
+        for name, values in self.param.items():
+            where = np.array([s.param[name] for s in self.specials])
+            coords |= {name: ("point", values), f"special_{name}": ("special", where)}
+        attrs = {"system": self.system.name, "filippov": _core.__version__} | dict(self.params)
+        attrs |= {"kind": self.kind, "status": str(self.status), "message": self.message}
+        return xr.Dataset(variables, coords, attrs)
+
+    def __repr__(self) -> str:
+        def where(point: SpecialPoint) -> str:
+            return ", ".join(f"{value:.9g}" for value in point.param.values())
+
+        found = ", ".join(f"{s.kind} at {where(s)}" for s in self.specials)
+        spans = (
+            f"{name} {values.min():g} to {values.max():g}" if values.size else f"{name} nothing"
+            for name, values in self.param.items()
+        )
+        what = f"{self.kind} curve" if self.kind else "Branch"
+        return (
+            f"<{what} of {self.system.name} over {', '.join(spans)}: {len(self)} points; "
+            f"{found or 'no special points'}; {self.status}>"
+        )
+
+    def _params_at(self, i: int) -> Params:
+        values = dict(self.params) | {name: float(v[i]) for name, v in self.param.items()}
+        return Params({name: values[name] for name in self.system.params})
+
+    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+        arrays = {name: getattr(self, name) for name in _POINTS}
+        arrays |= {f"param_{name}": values for name, values in self.param.items()}
+        special: list[dict[str, Any]] = []
+        for k, point in enumerate(self.specials):
+            meta = {name: getattr(point, name) for name in _SCALARS}
+            parts, meta["orbit"] = point.orbit._pack()
+            parts["before"] = point.multipliers
+            arrays |= {f"special_{k}_{name}": part for name, part in parts.items()}
+            special.append(meta | {"status": str(point.status)})
+        content: dict[str, Any] = {"parameters": list(self.param), "specials": special}
+        content["kind"] = self.kind
+        content["connected"] = []
+        for k, branch in enumerate(self.connected):
+            parts, meta = branch._pack()
+            arrays |= {f"connected_{k}_{name}": part for name, part in parts.items()}
+            content["connected"].append(meta)
+        content |= {name: getattr(self, name) for name in ("ends", "corrections", "bounds")}
+        content |= {name: getattr(self, name) for name in ("detect", "rtol", "atol")}
+        content["status"] = str(self.status)
+        content["system"] = pack_system(self.system)
+        content["params"] = dict(self.params)
+        return arrays, content
+
+    @classmethod
+    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Branch:
+        def parts_of(start: str) -> dict[str, np.ndarray[Any, Any]]:
+            return {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
+
+        specials = []
+        for k, content in enumerate(meta["specials"]):
+            parts = parts_of(f"special_{k}_")
+            plain = {name: content[name] for name in _SCALARS}
+            specials.append(
+                SpecialPoint(
+                    **plain,
+                    multipliers=parts.pop("before"),
+                    orbit=Orbit._unpack(parts, content["orbit"]),
+                    status=Status(content["status"]),
+                )
+            )
+        return cls(
+            kind=meta["kind"],
+            connected=tuple(
+                Branch._unpack(parts_of(f"connected_{k}_"), each)
+                for k, each in enumerate(meta["connected"])
+            ),
+            param={name: arrays[f"param_{name}"] for name in meta["parameters"]},
+            **{name: arrays[name] for name in _POINTS},
+            specials=tuple(specials),
+            status=Status(meta["status"]),
+            ends=cast(tuple[str, str], tuple(meta["ends"])),
+            corrections=meta["corrections"],
+            system=unpack_system(meta["system"]),
+            params=Params(meta["params"]),
+            bounds={name: (low, high) for name, (low, high) in meta["bounds"].items()},
+            detect=tuple(meta["detect"]),
+            rtol=meta["rtol"],
+            atol=meta["atol"],
+        )
+
+
+def continuation(
+    start: Orbit | SpecialPoint,
+    parameter: str | tuple[str, str],
+    bounds: tuple[float, float] | tuple[tuple[float, float], tuple[float, float]],
+    *,
+    detect: str | Iterable[str] = "all",
+    max_step: float = 0.05,
+    first_step: float = 0.01,
+    max_points: int = 2000,
+    rtol: float | None = None,
+    atol: float | None = None,
+    max_steps: int = 10_000_000,
+    progress: Progress = False,
+) -> Branch:
+    """Follow a periodic orbit over a parameter, or a bifurcation in two.
+
+    Pseudo-arclength steps on the shooting equations of the orbit's word. Where a test function
+    says that the word ends, the bifurcation is solved for as equations of its own, named by its
+    conditions, and the branch goes on with the word behind it. In two parameters the equations
+    have the condition of the bifurcation as one more; a fold or a flip has its null vector.
+
+    Parameters
+    ----------
+    start : Orbit or SpecialPoint
+        The first orbit; the branch is followed from it both ways. In two parameters a bifurcation
+        from `Branch.specials`: one of the four sliding bifurcations, a fold or a flip.
+    parameter : str, or two of them
+        Names of the parameters.
+    bounds : (float, float), or two such pairs
+        Range of each parameter, with the value of `start` in it. Each end goes on to a bound, or to
+        where the orbit or the bifurcation ceases to exist; a closed branch goes round once.
+    detect : "all" or iterable of str
+        Kinds of bifurcation to report: "crossing-sliding", "grazing-sliding", "switching-sliding",
+        "adding-sliding", "fold", "flip", "neimark-sacker"; in two parameters also "cusp" and
+        "degenerate-switching-sliding", where another kind is a second bifurcation of the same
+        orbit. The branch itself does not depend on it.
+    max_step, first_step : float
+        Longest and first step, in units of the orbit's size and of the width of the bounds.
+    max_points : int
+        Bound on the points of each direction.
+    rtol, atol, max_steps
+        As in `periodic_orbit`; the tolerances by default those of `start`.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, with the points so far
+        and the most there can be, always from the calling thread. (Over one parameter.)
+
+    Returns
+    -------
+    Branch
+        Also of a branch that had to stop: `status` and `ends` say why. A curve that meets a
+        degenerate switching-sliding point brings the two curves of other kinds that start there:
+        `Branch.connected`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a second of Ctrl-C; its attribute `branch` is the branch up to there.
+
+    Notes
+    -----
+    Sliding bifurcations of section 4.4, conditions (4.24) to (4.29) in the signs of this library
+    (`h < 0` is side -1), with full Lie derivatives. Two parameters: sections 4.7 and 4.8.
+    """
+    kinds = _kinds(detect)
+    longest = number("max_step", max_step, "expected a number > 0", above=0.0)
+    first = number("first_step", first_step, "expected a number > 0", above=0.0)
+    most = integer("max_points", max_points)
+    if isinstance(start, SpecialPoint):
+        orbit = start.orbit
+    elif isinstance(start, Orbit):
+        orbit = start
+    else:
+        expected = "expected an Orbit, as periodic_orbit gives, or a SpecialPoint of a Branch"
+        refuse("start", start, expected, TypeError)
+    tolerances = precision(
+        orbit.rtol if rtol is None else rtol, orbit.atol if atol is None else atol, max_steps
+    )
+    steps = (first, longest, most)
+    if isinstance(parameter, str):
+        return _over_one(orbit, parameter, bounds, kinds, steps, tolerances, progress)
+    if not isinstance(start, SpecialPoint):
+        expected = "expected a SpecialPoint of a Branch to follow in two parameters"
+        refuse("start", start, expected, TypeError)
+    return _in_two(start, parameter, bounds, kinds, steps, tolerances)
+
+
+def _over_one(
+    start: Orbit,
+    parameter: str,
+    bounds: Any,  # noqa: ANN401 - checked here
+    kinds: tuple[str, ...],
+    steps: tuple[float, float, int],
+    tolerances: tuple[float, float, int],
+    progress: Progress,
+) -> Branch:
+    cycle = start._cycle()
+    name = _one_parameter(start, parameter)
+    span = _bounds("bounds", bounds, name, start.params[name])
+    sys = start.system
+    index = list(sys.params).index(name)
+    with shown(progress, "point") as show:
+        found = _core.trace(
+            sys._model,
+            cycle.as_tuple(),
+            index,
+            span[0],
+            span[1],
+            steps[0],
+            steps[1],
+            steps[2],
+            show,
+            *tolerances,
+        )
+    branch = branch_from(sys, start.params, {name: span}, kinds, found, tolerances[:2])
+    raised = found["raised"]
+    if raised is not None:
+        with contextlib.suppress(AttributeError):
+            raised.branch = branch  # type: ignore[attr-defined]
+        raise raised
+    return branch
+
+
+def _in_two(
+    start: SpecialPoint,
+    parameters: Any,  # noqa: ANN401 - checked here
+    bounds: Any,  # noqa: ANN401 - checked here
+    kinds: tuple[str, ...],
+    steps: tuple[float, float, int],
+    tolerances: tuple[float, float, int],
+) -> Branch:
+    starts = KINDS[:6]
+    if start.kind not in starts:
+        refuse("start", start, f"expected one of {', '.join(starts)}")
+    cycle = start.orbit._cycle()
+    sys, params = start.orbit.system, start.orbit.params
+    names = two_parameters(sys, parameters)
+    expected = "expected two pairs (low, high)"
+    try:
+        first, second = bounds
+    except (TypeError, ValueError):
+        refuse("bounds", bounds, expected)
+    spans = {
+        name: _bounds(f"bounds[{k}]", each, name, params[name])
+        for k, (name, each) in enumerate(zip(names, (first, second), strict=True))
+    }
+    index = [list(sys.params).index(name) for name in names]
+    low, high = zip(*spans.values(), strict=True)
+    found = _core.trace_curves(
+        sys._model,
+        cycle.as_tuple(),
+        KINDS.index(start.kind),
+        start.node,
+        start.side,
+        index,
+        low,
+        high,
+        *steps,
+        *tolerances,
+    )
+    curves = [
+        branch_from(sys, params, spans, kinds, each, tolerances[:2]) for each in found["curves"]
+    ]
+    branch = dataclasses.replace(curves[0], connected=tuple(curves[1:]))
+    raised = found["raised"]
+    if raised is not None:
+        with contextlib.suppress(AttributeError):
+            raised.branch = branch  # type: ignore[attr-defined]
+        raise raised
+    return branch
+
+
+def two_parameters(sys: System, names: Any) -> tuple[str, str]:  # noqa: ANN401 - checked here
+    """Two different names of parameters."""
+    known = ", ".join(sys.params)
+    expected = f"expected two different names among {known}"
+    try:
+        a, b = names
+    except (TypeError, ValueError):
+        refuse("parameter", names, expected)
+    if a not in sys.params or b not in sys.params or a == b:
+        refuse("parameter", names, expected)
+    return a, b
+
+
+def branch_from(
+    sys: System,
+    params: Mapping[str, float],
+    bounds: dict[str, tuple[float, float]],
+    kinds: tuple[str, ...],
+    found: _core._Branch,
+    tolerances: tuple[float, float],
+) -> Branch:
+    """Build a branch from what the core gave."""
+    events, words, _ = node_events(sys, found)
+    names = list(bounds)
+    specials = (_special_from(sys, params, names, each, tolerances) for each in found["special"])
+    columns = {name: list(sys.params).index(name) for name in names}
+    return Branch(
+        kind=found["kind"],
+        param={name: found["p"][:, k].copy() for name, k in columns.items()},
+        word=np.array(words, dtype=np.str_),
+        period=found["period"],
+        turns=found["turns"],
+        stable=found["stable"].astype(np.bool_),
+        multipliers=found["multipliers"],
+        x0=np.ascontiguousarray(found["x_start"].T),
+        events=events,
+        specials=tuple(special for special in specials if special.kind in kinds),
+        status=Status(found["status"]),
+        ends=found["ends"],
+        corrections=found["corrections"],
+        system=sys,
+        params=Params({key: value for key, value in params.items() if key not in bounds}),
+        bounds=bounds,
+        detect=kinds,
+        rtol=tolerances[0],
+        atol=tolerances[1],
+    )
+
+
+def _special_from(
+    sys: System,
+    params: Mapping[str, float],
+    names: list[str],
+    found: _core._Special,
+    tolerances: tuple[float, float],
+) -> SpecialPoint:
+    orbit = orbit_from(sys, found["orbit"], params, *tolerances)
+    node = found["node"]
+    if node >= 0:
+        node = int(node_events(sys, found["orbit"])[2][node])
+    return SpecialPoint(
+        kind=found["kind"],
+        param={name: orbit.params[name] if orbit.success else np.nan for name in names},
+        orbit=orbit,
+        node=node,
+        side=found["side"],
+        word_before=found["word_before"],
+        word_after=found["word_after"],
+        conditions=dict(found["conditions"]),
+        multipliers=found["multipliers"],
+        status=orbit.status,
+    )
+
+
+def _one_parameter(start: Orbit, parameter: object) -> str:
+    if not isinstance(parameter, str) or parameter not in start.params:
+        known = ", ".join(start.params) or "none"
+        refuse("parameter", parameter, f"expected the name of one parameter: {known}")
+    return parameter
+
+
+def _bounds(
+    what: str,
+    bounds: Any,  # noqa: ANN401 - checked here
+    name: str,
+    value: float,
+) -> tuple[float, float]:
+    expected = f"expected two finite numbers, low < high, with {name} = {value!r} between them"
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        refuse(what, bounds, expected)
+    low, high = number(f"{what}[0]", low, expected), number(f"{what}[1]", high, expected)
+    if not (low < high and low <= value <= high):
+        refuse(what, (low, high), expected)
+    return low, high
+
+
+def _kinds(detect: str | Iterable[str]) -> tuple[str, ...]:
+    expected = f'expected "all", or some of {", ".join(KINDS)}'
+    if isinstance(detect, str):
+        if detect == "all":
+            return KINDS
+        detect = [detect]
+    try:
+        asked = tuple(detect)
+    except TypeError:
+        refuse("detect", detect, expected, TypeError)
+    if not set(asked) <= set(KINDS):
+        refuse("detect", detect, expected)
+    return tuple(kind for kind in KINDS if kind in asked)

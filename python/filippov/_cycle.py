@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Words and nodes of cycles: between the core's columns and event logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.lib.recfunctions import repack_fields
+from numpy.typing import NDArray
+
+from . import _core
+from ._system import Params, System
+from ._types import Floats, Record
+
+if TYPE_CHECKING:
+    from ._orbit import Orbit
+
+__all__ = ["Cycle", "node_events", "without_point", "word_of"]
+
+# What ends a segment, in the order of the core.
+SURFACE, EXIT_BELOW, EXIT_ABOVE, GRAZE, EXTREMUM_BELOW, EXTREMUM_ABOVE, PHASE = range(7)
+
+_KINDS = np.array(["cross", "exit_sliding", "exit_sliding", "graze"] + 2 * ["slide_extremum"])
+_CHARACTERS = {0: "0", -1: "-", 1: "+"}
+_RANK = {"0": 0, "-": 1, "+": 2}
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A word with its nodes: letter i is the segment from node i to node i + 1."""
+
+    mode: NDArray[np.int32]
+    until: NDArray[np.int32]
+    t: Floats
+    x: Floats  #: shape (n, dim)
+    turns: int
+    period: float
+    p: Floats
+
+    @staticmethod
+    def of(orbit: Orbit) -> Cycle:
+        """Cycle whose nodes are the events of an orbit."""
+        p = np.array(list(orbit.params.values()), dtype=np.float64)
+        events = orbit.events
+        if events.size == 0:  # one segment, cut at the start
+            mode = [next(m for m, letter in _CHARACTERS.items() if letter == orbit.word)]
+            ends, t, x = [PHASE], np.array([orbit.t0]), orbit.x0[None, :]
+        else:
+            mode, ends = events["mode_after"].tolist(), list(map(_until, np.roll(events, -1)))
+            t, x = events["t"].copy(), events["x"].copy()
+            if orbit.system.period(orbit.params) is None:
+                t -= t[0]  # time is what the first node makes it
+        modes, until = np.array(mode, dtype=np.int32), np.array(ends, dtype=np.int32)
+        return Cycle(modes, until, t, x, orbit.turns, orbit.period, p)
+
+    def at(self, sys: System, params: Params) -> Cycle:
+        """Give the same nodes for other parameter values, at the same phases."""
+        forcing = sys.period(params)
+        period = self.period if forcing is None else self.turns * forcing
+        p = np.array(list(params.values()), dtype=np.float64)
+        stretched = self.t * (period / self.period)
+        return Cycle(self.mode, self.until, stretched, self.x, self.turns, period, p)
+
+    def as_tuple(self) -> tuple[Any, ...]:
+        """Argument of the core."""
+        return self.mode, self.until, self.t, self.x, self.turns, self.period, self.p
+
+
+def _until(event: np.void) -> int:
+    """Tell what ends the segment before an event."""
+    kind = str(event["kind"])
+    if kind == "exit_sliding":
+        return EXIT_BELOW if event["mode_after"] < 0 else EXIT_ABOVE
+    if kind == "slide_extremum":
+        return EXTREMUM_BELOW if event["s"] < 0 else EXTREMUM_ABOVE
+    return GRAZE if kind == "graze" else SURFACE
+
+
+def word_of(modes: tuple[int, ...]) -> str:
+    """Canonical reading of a cycle of modes: the first rotation in the order 0, -, +."""
+    text = "".join(_CHARACTERS[mode] for mode in modes)
+    rotations = [text[i:] + text[:i] for i in range(len(text))]
+    return min(rotations, key=lambda word: [_RANK[c] for c in word])
+
+
+def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str], NDArray[np.intp]]:
+    """Event logs of cycles, one after the other, from the start of each on.
+
+    Returns
+    -------
+    events : structured array
+        As in `Orbit.events`, and `point`, the index of the cycle.
+    words : list of str
+        One a cycle.
+    rank : array, shape (n_nodes,)
+        Where each node of the core went, counted from the first event of its cycle.
+    """
+    size = columns["size"]
+    point = np.repeat(np.arange(size.size), size)
+    first = np.cumsum(size) - size
+    index = np.arange(point.size)
+    before = np.where(index == first[point], first[point] + size[point] - 1, index - 1)
+    mode, until = columns["mode"], columns["until"]
+    period = columns["period"][point]
+    t = columns["t"] - columns["t_start"][point]
+    t = np.where(t < 0, t + period, t)
+    t = np.where(t >= period, t - period, t)
+    order = np.lexsort((t, point))
+    rank = np.empty(order.size, dtype=np.intp)
+    rank[order] = index - first[point]
+    changes = until[before] != PHASE
+
+    words: list[str] = []
+    for a, n in zip(first, size, strict=True):
+        here = slice(a, a + n)
+        changed = mode[before[here]] != mode[here]
+        kept = mode[here][changed] if changed.any() else mode[a : a + 1]
+        words.append(word_of(tuple(int(m) for m in kept)))
+
+    log = np.zeros(order.size, _dtype(sys))
+    log["point"] = point
+    log["t"] = t
+    log["phase"] = np.nan
+    if "period" in sys.capabilities:
+        forcing = (columns["period"] / columns["turns"])[point]
+        log["phase"] = 2 * np.pi * (t / forcing % 1)
+    log["mode_before"] = mode[before]
+    log["mode_after"] = mode
+    log["kind"] = _KINDS[np.where(changes, until[before], SURFACE)]
+    log["kind"][changes & (until[before] == SURFACE) & (mode == 0)] = "enter_sliding"
+    log["x"] = columns["x"]
+    log["s"] = columns["s"]
+    return log[order][changes[order]], words, rank
+
+
+def without_point(events: Record) -> Record:
+    """Give the log of one cycle, without the index of the cycle."""
+    names = [name for name in events.dtype.names or () if name != "point"]
+    log: Record = repack_fields(events[names])
+    return log
+
+
+def _dtype(sys: System) -> np.dtype[Any]:
+    return np.dtype(
+        [
+            ("t", "f8"),
+            ("phase", "f8"),
+            ("kind", "U14"),
+            ("mode_before", "i1"),
+            ("mode_after", "i1"),
+            ("x", "f8", (sys.dim,)),
+            ("s", "f8"),
+            ("point", "i8"),
+        ]
+    )

@@ -1,0 +1,383 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Brute-force bifurcation diagrams."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._check import choice, integer, number, refuse, span, vector
+from ._event import KIND_NAMES
+from ._progress import Progress, shown
+from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
+from ._status import Status
+from ._store import Stored
+from ._system import Params, System
+from ._trajectory import Settings, Stats
+from ._types import Floats
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["Diagram", "bifurcation_diagram"]
+
+Integers = NDArray[np.int64]
+
+_SECTIONS = ("strobe", "cross", "enter_sliding", "exit_sliding", "graze", "slide_extremum")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagram(Stored):
+    """Result of `bifurcation_diagram`: points, one entry each, and values, one entry each."""
+
+    # points, in the order of the values and of time
+    value: Integers  #: index into `values`, shape (n_points,)
+    period: Integers  #: index of the forcing period, 0 for a system that has none
+    t_local: Floats  #: time since that period began; time, for a system that has none
+    y: Floats  #: states, shape (dim, n_points)
+    kind: NDArray[np.str_]  #: kind of event, "section" for a strobe
+    surface: NDArray[np.int32]  #: index of the surface, -1 for a strobe
+    #: side of the surface: where an exit (s = -1 or +1) or a crossing leads, where an entry or a
+    #: graze comes from, the nearer one for a slide's extremum; for a strobe the mode
+    boundary: NDArray[np.int8]
+
+    # values of the swept parameter
+    values: Floats  #: as given, shape (n_values,)
+    status: NDArray[np.str_]  #: how each run ended: names of `Status`
+    message: tuple[str, ...]  #: in words, empty for `ok`
+    forcing: Floats  #: period of the forcing, 0 if there is none
+    cycle: Integers  #: points after which the run was seen to repeat itself, 0: not seen
+    skipped: Integers  #: forcing periods that were therefore not followed
+    y_end: Floats  #: states at the end, shape (dim, n_values); NaN if there is none
+
+    # what was asked
+    system: str  #: name of the system
+    state: tuple[str, ...]  #: names of the state components
+    parameter: str  #: name of the swept parameter
+    params: Params  #: the others
+    section: tuple[str, ...]  #: "strobe", or kinds of event
+    transient: float  #: left out: forcing periods, or time for a system that has none
+    keep: float  #: kept after that, in the same unit
+    x0: Floats  #: start, shape (dim,)
+    chains: int  #: stretches of values followed from end to start, 0: every value starts at `x0`
+    settings: Settings  #: of every run
+    stats: Stats  #: what all runs did, counted
+
+    @property
+    def param(self) -> Floats:
+        """Value of the swept parameter of each point, shape (n_points,)."""
+        return self.values[self.value]
+
+    @property
+    def phase(self) -> Floats:
+        """Phase of the forcing `omega t mod 2 pi` of each point; NaN where there is none."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            phase: Floats = 2 * np.pi * self.t_local / self.forcing[self.value]
+        phase[~(self.forcing[self.value] > 0)] = np.nan
+        return phase
+
+    @property
+    def success(self) -> bool:
+        """True if every run reached its end."""
+        return bool((self.status == Status.ok.value).all())
+
+    def plot(
+        self, ax: Axes | None = None, *, y: str | None = None, **artist_kw: Any
+    ) -> list[Artist]:
+        """Draw the points over the swept parameter, each boundary in its own colour.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        y : str, optional
+            "phase", "t_local" or a state component; by default the phase, for a strobe or a system
+            without a period the first state component.
+        **artist_kw
+            For the points.
+
+        Returns
+        -------
+        list of artists
+            One for each boundary that occurs: -1, 0, +1.
+        """
+        from ._plot import plot_diagram
+
+        return plot_diagram(self, ax, y, artist_kw)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the diagram as an `xarray.Dataset` with dimensions `point` and `value`.
+
+        Everything that was asked is in its attributes.
+        """
+        import xarray as xr
+
+        arrays, meta = self._pack()
+        dims = dict.fromkeys(_POINTS, "point") | dict.fromkeys(_VALUES, "value")
+        variables: dict[str, Any] = {"phase": ("point", self.phase)}
+        for name, column in arrays.items():
+            if name in ("y", "y_end"):
+                where = "point" if name == "y" else "value"
+                variables[name] = (("state", where), column)
+            elif name not in ("values", "value"):
+                variables[name] = (dims[name], column)
+        coords = {
+            "value": ("value", self.values),
+            "state": ("state", list(self.state)),
+            self.parameter: ("point", self.param),
+        }
+        attrs: dict[str, Any] = {"filippov": _core.__version__}
+        for name, what in meta.items():
+            attrs |= what if isinstance(what, dict) else {name: what}
+        attrs = {name: what for name, what in attrs.items() if what is not None}
+        return xr.Dataset(variables, coords, attrs)
+
+    def __repr__(self) -> str:
+        ends = Counter(self.status.tolist())
+        failed = ", ".join(f"{count} {word}" for word, count in ends.items() if word != "ok")
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"<Diagram of {self.system}, {' and '.join(self.section)}: {self.values.size} values "
+            f"of {self.parameter} from {low:g} to {high:g}, {self.value.size} points; "
+            f"{failed or 'all ok'}>"
+        )
+
+    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+        arrays = {name: getattr(self, name) for name in (*_POINTS, *_VALUES)}
+        meta = {
+            field.name: getattr(self, field.name)
+            for field in dataclasses.fields(self)
+            if field.name not in arrays
+        }
+        meta["params"] = dict(self.params)
+        meta["x0"] = self.x0.tolist()
+        meta["settings"] = dataclasses.asdict(self.settings)
+        meta["stats"] = dataclasses.asdict(self.stats)
+        return arrays, meta
+
+    @classmethod
+    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Diagram:
+        meta = meta | {name: arrays[name] for name in (*_POINTS, *_VALUES)}
+        for name in ("message", "state", "section"):
+            meta[name] = tuple(meta[name])
+        meta["params"] = Params(meta["params"])
+        meta["x0"] = np.array(meta["x0"])
+        settings = meta["settings"] | {"atol": tuple(meta["settings"]["atol"])}
+        meta["settings"] = Settings(**settings)
+        meta["stats"] = Stats(**meta["stats"])
+        return cls(**meta)
+
+
+_POINTS = ("value", "period", "t_local", "y", "kind", "surface", "boundary")
+_VALUES = ("values", "status", "forcing", "cycle", "skipped", "y_end")
+
+
+def bifurcation_diagram(
+    sys: System,
+    *,
+    section: str | Sequence[str] = "exit_sliding",
+    transient: float = 200,
+    keep: float = 1000,
+    x0: ArrayLike | None = None,
+    follow: bool = False,
+    chains: int = 1,
+    params: Mapping[str, float] | None = None,
+    surface: int | None = None,
+    method: str = "dop853",
+    rtol: float = 1e-9,
+    atol: ArrayLike = 1e-9,
+    max_step: float = math.inf,
+    max_steps: int = 10_000_000,
+    max_events: int = 1_000_000,
+    on_nonunique: str = "stop",
+    skip_repeats: bool = True,
+    threads: int | None = None,
+    progress: Progress = False,
+    **swept: ArrayLike,
+) -> Diagram:
+    """Compute a bifurcation diagram by brute force: long runs, their transients left out.
+
+    For each value of one parameter the run from `x0` at t = 0, and the points in which it meets a
+    section. Only attractors show, and of several only the one that the start leads to.
+
+    Parameters
+    ----------
+    sys : System
+        The system, for instance `filippov.models.oscillator`.
+    section : str or list of str
+        Where points are taken: "strobe" (once a forcing period, at its start), or kinds of event,
+        one or several: "exit_sliding" (transitions from stick to slip), "enter_sliding", "cross",
+        "graze", "slide_extremum".
+    transient, keep : float
+        How long a run is left to settle, and how long it is looked at after that: whole periods of
+        the forcing, or a time for a system that has none.
+    x0 : array, shape (dim,), optional
+        State at the start; by default the origin.
+    follow : bool
+        Start each value from the end of the one before it, in the order given, so that an attractor
+        is followed; after a value that failed from `x0` again.
+    chains : int
+        With `follow`: cut the values into so many stretches of equal length, each of which starts
+        from `x0`. Within a stretch values wait for each other; stretches run side by side.
+    params : mapping, optional
+        Values of other parameters, by name, that replace `sys.params`.
+    surface : int, optional
+        Take events of this surface only.
+    method, rtol, atol, max_step, max_steps, max_events, on_nonunique
+        As in `simulate`, for every run.
+    skip_repeats : bool
+        Do not follow a run further that repeats itself to rounding: that has come back to the same
+        point (within 16 units in the last place) for at least three cycles of up to 32 points, and
+        16 points, after having been a thousand times farther from it. The points left out are
+        copies.
+    threads : int, optional
+        At most so many; by default as many as OpenMP takes by itself. The result never depends on
+        it. A process that was forked works with one.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, in values, always from
+        the calling thread.
+    **swept : array, shape (n_values,)
+        The swept parameter by its name: `omega=np.linspace(2.84, 2.94, 200)`.
+
+    Returns
+    -------
+    Diagram
+        A value that fails has its own status and spoils no other.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a second of Ctrl-C; its attribute `diagram` has what was finished, and the status
+        `interrupted` for the rest.
+
+    Notes
+    -----
+    Chapter, section 4.5; its figure 4.5a has 200 + 1000 periods of the oscillator at A = 0.5.
+    """
+    if not isinstance(sys, System):
+        refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
+    parameter, values = _one_swept(sys, swept, params)
+    fixed = sys._merged(params)
+    rows = np.tile(np.array(list(fixed.values()), dtype=np.float64), (values.size, 1))
+    rows[:, list(fixed).index(parameter)] = values
+    start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
+    sections = _sections(section)
+    forced = "period" in sys.capabilities
+    if sections == ("strobe",) and not forced:
+        refuse("section", section, f"expected kinds of event: {sys.name} has no period")
+    eighth_order = choice("method", method, METHODS)
+    settings = Settings(
+        method=METHOD_NAMES[eighth_order],
+        rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
+        atol=tuple(absolute_tolerance(atol, sys.dim).tolist()),
+        max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
+        first_step=None,
+        max_steps=integer("max_steps", max_steps),
+        max_events=integer("max_events", max_events),
+        on_nonunique=on_nonunique,
+    )
+    policy = choice("on_nonunique", on_nonunique, POLICIES)
+    transient = span("transient", transient, forced, 0.0)
+    keep = span("keep", keep, forced, math.ulp(0.0))
+    chains = integer("chains", chains)
+    if threads is not None:
+        threads = integer("threads", threads)
+    with shown(progress, "value") as show:
+        columns = _core.diagram(
+            sys._model,
+            start,
+            rows,
+            bool(eighth_order),
+            settings.rtol,
+            np.array(settings.atol),
+            settings.max_step,
+            settings.max_steps,
+            settings.max_events,
+            policy,
+            [] if sections == ("strobe",) else [KIND_NAMES.index(kind) for kind in sections],
+            -1 if surface is None else sys._surface(surface),
+            transient,
+            keep,
+            bool(follow),
+            chains,
+            bool(skip_repeats),
+            threads or 0,
+            show,
+        )
+    diagram = Diagram(
+        value=columns["value"],
+        period=columns["period"],
+        t_local=columns["t_local"],
+        y=np.ascontiguousarray(columns["y"].T),
+        kind=np.array(KIND_NAMES)[columns["kind"]],
+        surface=columns["surface"],
+        boundary=columns["boundary"],
+        values=values,
+        status=np.array(columns["status"]),
+        message=tuple(columns["message"]),
+        forcing=columns["forcing"],
+        cycle=columns["cycle"],
+        skipped=columns["skipped"],
+        y_end=np.ascontiguousarray(columns["y_end"].T),
+        system=sys.name,
+        state=sys.state,
+        parameter=parameter,
+        params=Params({name: value for name, value in fixed.items() if name != parameter}),
+        section=sections,
+        transient=transient,
+        keep=keep,
+        x0=start,
+        chains=chains if follow else 0,
+        settings=settings,
+        stats=Stats(**columns["counters"]),
+    )
+    raised = columns["raised"]
+    if raised is not None:
+        with contextlib.suppress(AttributeError):
+            raised.diagram = diagram  # type: ignore[attr-defined]
+        raise raised
+    return diagram
+
+
+def _one_swept(
+    sys: System, swept: Mapping[str, ArrayLike], params: Mapping[str, float] | None
+) -> tuple[str, Floats]:
+    """Name and values of the swept parameter."""
+    for name in swept:
+        if name not in sys.params:
+            raise TypeError(
+                f"bifurcation_diagram() has no argument {name!r}, and {sys._unknown(name)}"
+            )
+    if len(swept) != 1:
+        got = ", ".join(swept) or "none"
+        raise TypeError(f"swept parameters: {got}: expected one, as in omega=np.linspace(2, 3, 50)")
+    ((name, given),) = swept.items()
+    if isinstance(params, Mapping) and name in params:
+        refuse("params", params, f"expected values of other parameters than {name}, which is swept")
+    size = np.size(given)
+    if np.ndim(given) != 1 or size == 0:
+        refuse(name, given, f"expected an array of shape (n_values,), got shape {np.shape(given)}")
+    return name, vector(name, given, size)
+
+
+def _sections(section: str | Sequence[str]) -> tuple[str, ...]:
+    """Check where points are taken: a strobe, or kinds of event."""
+    words = (str(section),) if isinstance(section, str) else tuple(map(str, section))
+    if not words or any(word not in _SECTIONS for word in words):
+        refuse("section", section, f"expected one of {', '.join(_SECTIONS)}, or several events")
+    if len(words) > 1 and "strobe" in words:
+        refuse("section", section, 'expected "strobe" alone, or kinds of event')
+    return words

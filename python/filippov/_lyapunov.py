@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Lyapunov exponents through crossings and slides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core
+from ._check import integer, number, refuse, vector
+from ._status import Status
+from ._system import Params, System
+from ._types import Floats
+
+__all__ = ["Lyapunov", "lyapunov"]
+
+
+@dataclass(frozen=True, eq=False)
+class Lyapunov:
+    """Lyapunov exponents over a window of one solution."""
+
+    exponents: Floats  #: largest first, per unit of time; -inf exactly where slides end all
+    error: Floats  #: standard error of each over the window, from batch means
+    window: tuple[float, float]  #: times between which growth was averaged
+    slides: int  #: entered within the window
+    stretches: int  #: that were averaged
+    skipped: int  #: left out, since they pass a tangency and have no derivative
+    x: Floats  #: state at the end
+    status: Status  #: ok, or why the window ended early
+    message: str  #: the same in words
+    system: System
+    params: Params
+
+    @property
+    def success(self) -> bool:
+        """Whether the window was followed to its end."""
+        return self.status == Status.ok
+
+
+def lyapunov(
+    sys: System,
+    x0: ArrayLike | None = None,
+    *,
+    params: Mapping[str, float] | None = None,
+    transient: float = 1000.0,
+    window: float = 1000.0,
+    stretch: float = 1.0,
+    batches: int = 20,
+    rtol: float = 1e-12,
+    atol: float = 1e-13,
+) -> Lyapunov:
+    """Compute Lyapunov exponents of the solution from x0 at t = 0.
+
+    Tangent vectors go along with the flow, through all events, and are made orthonormal after every
+    stretch. A slide takes one direction for good: its exponent is -inf exactly. The error bar is
+    that of the mean over this window; a transient that outlasts `transient` it cannot know of.
+
+    Parameters
+    ----------
+    sys : System
+        With one surface.
+    x0 : array, shape (dim,), optional
+        State at t = 0, the origin by default.
+    params : mapping, optional
+        Parameter values by name that replace `sys.params`.
+    transient, window, stretch : float
+        Before averaging, of averaging, and between orthonormalisations: in forcing periods, or in
+        units of time for a system that has none.
+    batches : int
+        Whose means make the error bar, at least 2.
+    rtol, atol : float
+        Tolerances of the flow.
+
+    Returns
+    -------
+    Lyapunov
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a fraction of a second of Ctrl-C.
+    """
+    if not isinstance(sys, System):
+        refuse("sys", sys, "expected a System with one surface", TypeError)
+    if sys.surfaces != 1:
+        refuse("sys", sys.name, "expected a System with one surface")
+    values = sys._merged(params)
+    start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
+    positive = "expected a finite number > 0"
+    if transient != 0:
+        transient = number("transient", transient, "expected a finite number >= 0", above=0.0)
+    stretch = number("stretch", stretch, positive, above=0.0)
+    window = number("window", window, positive, above=0.0)
+    batches = integer("batches", batches)
+    if not 2 <= batches <= 1_000_000:
+        refuse("batches", batches, "expected an integer from 2 to 1000000")
+    if not window >= batches * stretch:
+        refuse("window", window, f"expected at least one stretch a batch, {batches * stretch:g}")
+    run = _core.lyapunov(
+        sys._model,
+        np.array(list(values.values()), dtype=np.float64),
+        start,
+        number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
+        number("atol", atol, positive, above=0.0),
+        float(transient),
+        window,
+        stretch,
+        batches,
+    )
+    if run["raised"] is not None:
+        raise run["raised"]
+    return Lyapunov(
+        exponents=run["exponents"],
+        error=run["error"],
+        window=(run["t_begin"], run["t_end"]),
+        slides=run["slides"],
+        stretches=run["stretches"],
+        skipped=run["skipped"],
+        x=run["x"],
+        status=Status(run["status"]),
+        message=run["message"],
+        system=sys,
+        params=values,
+    )

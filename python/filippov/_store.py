@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results on disk: arrays as numpy's `.npz`, everything else as JSON inside it. No pickle."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from typing_extensions import Self
+
+from . import _core
+from ._check import refuse
+from ._system import System, restore
+
+__all__ = ["Stored", "load", "pack_system", "unpack_system"]
+
+FORMAT = "filippov"
+VERSION = 1
+META = "__filippov__"
+
+
+class Stored:
+    """A result that can be saved. A subclass is known to `load` by its class name."""
+
+    _classes: ClassVar[dict[str, type[Stored]]] = {}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        Stored._classes[cls.__name__] = cls
+
+    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+        """Arrays by name, and what JSON can hold."""
+        raise NotImplementedError
+
+    @classmethod
+    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Self:
+        """Build the result from what `_pack` gave."""
+        raise NotImplementedError
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Save to a file, for `filippov.load`; a file that is there is replaced as a whole.
+
+        The file is numpy's `.npz` without pickle: `numpy.load` reads its arrays too.
+        """
+        arrays, content = self._pack()
+        meta = {
+            "format": FORMAT,
+            "version": VERSION,
+            "class": type(self).__name__,
+            "filippov": _core.__version__,
+            "content": content,
+        }
+        target = Path(path)
+        part = target.with_name(target.name + ".part")
+        with part.open("wb") as file:
+            np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **arrays)  # type: ignore[arg-type]
+        part.replace(target)
+
+
+def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is known when the file is read
+    """Load a result that was saved with its method `save`.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    Branch, Diagram, Orbit, ...
+        An object of the class that was saved, equal to it in every array.
+
+    Raises
+    ------
+    ValueError
+        For a file that is not one of filippov's results, or of a newer format.
+    OSError
+        For a file that cannot be read.
+    """
+    foreign = "expected a file written by the method save of a result of filippov"
+    try:
+        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (ValueError, EOFError, zipfile.BadZipFile, TypeError, AttributeError):
+        refuse("path", os.fspath(path), foreign)
+    try:
+        meta = json.loads(str(arrays.pop(META)))
+    except (KeyError, json.JSONDecodeError):
+        refuse("path", os.fspath(path), foreign)
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        refuse("path", os.fspath(path), foreign)
+    if meta.get("version") != VERSION:
+        expected = f"its format has version {meta.get('version')}, expected version {VERSION}"
+        refuse("path", os.fspath(path), expected)
+    known = Stored._classes
+    if meta.get("class") not in known:
+        expected = f"it holds a {meta.get('class')}, expected one of {', '.join(sorted(known))}"
+        refuse("path", os.fspath(path), expected)
+    try:
+        return known[meta["class"]]._unpack(arrays, meta["content"])
+    except (KeyError, TypeError, IndexError):
+        refuse("path", os.fspath(path), f"its {meta['class']} is incomplete; {foreign}")
+
+
+def pack_system(sys: System) -> dict[str, Any]:
+    """Give a system as JSON can hold it: one of `filippov.models` with its parameter values."""
+    sys.__reduce__()  # refuses others
+    return {"name": sys.name, "params": dict(sys.params)}
+
+
+def unpack_system(content: dict[str, Any]) -> System:
+    """Give the system that was packed."""
+    try:
+        return restore(content["name"], content["params"])
+    except AttributeError:
+        return refuse("system", content["name"], "expected one of filippov.models")
