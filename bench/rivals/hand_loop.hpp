@@ -82,10 +82,17 @@ struct Attempt {
     double error2; // square of the scaled error norm
 };
 
-template <Cosine cosine> class HandLoop {
+/// Is told nothing.
+struct NoListener {
+    void operator()(const Clock&, double, double) const {}
+};
+
+template <Cosine cosine, class OnExit> class HandLoop {
 public:
-    HandLoop(double A, double omega, double y0, double v0, int n_periods, double tol)
-        : A_(A), omega_(omega), tol_(tol), h_(0.3 * std::pow(tol, 0.2)), clock_{0.0, n_periods} {
+    HandLoop(double A, double omega, double y0, double v0, int n_periods, double tol,
+             const OnExit& on_exit)
+        : A_(A), omega_(omega), tol_(tol), h_(0.3 * std::pow(tol, 0.2)), clock_{0.0, n_periods},
+          on_exit_(on_exit) {
         const double q = A * std::cos(0.0) - y0;
         stuck_ = v0 == belt && std::abs(q) < edge;
         // On the surface without stick the flow goes where both normal components point.
@@ -276,6 +283,7 @@ private:
         clock_.advance(omega_ * end.duration);
         stuck_ = false;
         ++count_.n_events;
+        on_exit_(clock_, y + belt * end.duration, end.side);
         start_on_surface(end.side, y + belt * end.duration, 0.0);
     }
 
@@ -283,6 +291,7 @@ private:
     double old_error2_ = 1e-8;
     double side_ = 1.0, drift_ = 1.0, forcing_ = 0.0;
     Clock clock_;
+    const OnExit& on_exit_;
     Slip x_{}, k1_{};
     bool stuck_ = false;
     RivalResult count_{};
@@ -292,12 +301,18 @@ private:
 
 /// Orbit of the oscillator from (y0, v0) at t = 0 over n_periods of the forcing.
 ///
-/// @param tol  absolute and relative tolerance of either component, in [1e-14, 1e-2]
-/// @pre        all arguments finite, omega > 0
-/// @source     model: Sliding bifurcations in a dry friction oscillator, (4.5), (4.11), (4.18)
+/// @param tol      absolute and relative tolerance of either component, in [1e-14, 1e-2]
+/// @param on_exit  on_exit(clock, y, side) at every end of a stick; side +1: into S1, -1: into S2
+/// @pre            all arguments finite, omega > 0
+/// @source         model: Sliding bifurcations in a dry friction oscillator, (4.5), (4.11), (4.18)
+template <Cosine cosine = Cosine::in_lanes, class OnExit>
+RivalResult hand_loop(double A, double omega, double y0, double v0, int n_periods, double tol,
+                      const OnExit& on_exit) {
+    return detail::HandLoop<cosine, OnExit>(A, omega, y0, v0, n_periods, tol, on_exit).run();
+}
 template <Cosine cosine = Cosine::in_lanes>
 RivalResult hand_loop(double A, double omega, double y0, double v0, int n_periods, double tol) {
-    return detail::HandLoop<cosine>(A, omega, y0, v0, n_periods, tol).run();
+    return hand_loop<cosine>(A, omega, y0, v0, n_periods, tol, detail::NoListener{});
 }
 
 } // namespace filippov::rivals
