@@ -173,7 +173,10 @@ template <class Sys, class Tableau> class ErasedSystem final : public AnySystem 
                   "filippov: the analysis of orbits is for systems with one surface");
     static constexpr int N = dim_v<Sys>;
     static constexpr int P = params_v<Sys>;
-    static constexpr int K = N + 4;
+    /// Directions of the duals: of a flow (x, a, b), of a point (x, t, a, b). Those of a flow's
+    /// times are known without.
+    static constexpr int flow_directions = N + 2;
+    static constexpr int point_directions = N + 3;
     using X = Vec<double, N>;
 
 public:
@@ -223,17 +226,17 @@ public:
 
     Jet rate(int mode, double t, const Vector& x, const Vector& p,
              const Directions& along) const override {
-        return with_scalar(along, [&]<class D>(const D*) {
-            const Vec<D, N> f = field_of(mode)(time_of<D>(t, N, along), state_of<D>(x, along),
-                                               params_of<D>(p, along));
+        return with_scalar<point_directions>(along, [&]<class D>(const D*) {
+            const Vec<D, N> f =
+                field_of(mode)(time_of<D>(t, along), state_of<D>(x, along), params_of<D>(p, along));
             return jet(f, along);
         });
     }
     Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
                  const Directions& along) const override {
-        return with_scalar(along, [&]<class D>(const D*) {
-            const auto value = quantity_of(q, time_of<D>(t, N, along), state_of<D>(x, along),
-                                           params_of<D>(p, along));
+        return with_scalar<point_directions>(along, [&]<class D>(const D*) {
+            const auto value =
+                quantity_of(q, time_of<D>(t, along), state_of<D>(x, along), params_of<D>(p, along));
             return jet(Vec<D, 1>(value), along);
         });
     }
@@ -242,15 +245,17 @@ public:
             const Directions& along) const override {
         if (!finite(t0, x, t1, p))
             return nowhere();
-        return with_scalar(along, [&]<class D>(const D*) {
+        return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
             Mode<1> m;
             m.set(0, mode);
             const auto r = segment<Tableau>(sys_, params_of<D>(p, along), m, state_of<D>(x, along),
-                                            time_of<D>(t0, N, along), time_of<D>(t1, N + 1, along),
+                                            moving<D>(t0, N, along), moving<D>(t1, N + 1, along),
                                             settings_, interrupted_);
             add(r.run.counters);
             Jet result = jet(r.x, along);
             result.status = r.run.status;
+            depend_on_start_time(mode, t0, x, p, along, result);
+            depend_on_end_time(mode, t1, r.x, p, along, result);
             return result;
         });
     }
@@ -273,22 +278,26 @@ public:
         }
         if (along.v != nullptr || !(last <= 1e-16 * largest))
             return std::nullopt;
-        return [&]<class D>(const D*) {
-            const D start = time_of<D>(t0, N, along), end = time_of<D>(t1, N + 1, along);
-            const auto c = lie_derivatives<rise_order>(
-                field_of(side), h_of(), start, state_of<D>(x, along), params_of<D>(p, along));
-            const D dt = end - start;
-            D sum(0.0), power(1.0);
-            double factorial = 1;
-            for (int k = 1; k <= rise_order; ++k) {
-                factorial *= k;
-                if (k < order)
-                    continue;
-                sum += c[std::size_t(k - 1)] * power * (1 / factorial);
-                power = power * dt;
-            }
-            return jet(Vec<D, 1>(sum), along);
-        }(static_cast<const Dual<double, K>*>(nullptr));
+        using D = Dual<double, point_directions>;
+        const auto c = lie_derivatives<rise_order>(field_of(side), h_of(), time_of<D>(t0, along),
+                                                   state_of<D>(x, along), params_of<D>(p, along));
+        // the sum over k >= order of c_k tau^(k - order)/k!, and its derivative
+        D sum(0.0);
+        double slope = 0, power = 1, power_before = 0, factorial = 1;
+        for (int k = 1; k <= rise_order; ++k) {
+            factorial *= k;
+            if (k < order)
+                continue;
+            const D& term = c[std::size_t(k - 1)];
+            sum += term * (power / factorial);
+            slope += term.v * ((k - order) * power_before / factorial);
+            power_before = power;
+            power *= t1 - t0;
+        }
+        Jet result = jet(Vec<D, 1>(sum), along);
+        result.slope(0, N) -= slope;
+        result.slope(0, N + 1) = slope;
+        return result;
     }
 
     std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
@@ -350,15 +359,15 @@ public:
     }
 
     Journey journey(const Leg& leg, const Vector& p, const Directions& along) const override {
-        using D = Dual<double, K>;
+        using D = Dual<double, flow_directions>;
         Journey journey;
         Traveller traveller{leg, journey};
         KnownStart<1> known;
         if (leg.boundary != 0)
             known.guard = leg.boundary < 0 ? Guard<1>::below(0) : Guard<1>::above(0);
-        const auto r = flow<Tableau>(
-            sys_, params_of<D>(p, along), state_of<D>(leg.x, along), time_of<D>(leg.t0, N, along),
-            time_of<D>(leg.t_end, N + 1, along), settings_, traveller, Sections<>{}, known);
+        const auto r =
+            flow<Tableau>(sys_, params_of<D>(p, along), state_of<D>(leg.x, along), D(leg.t0),
+                          D(leg.t_end), settings_, traveller, Sections<>{}, known);
         add(r.run.counters);
         journey.status = r.run.status;
         journey.message = r.run.message();
@@ -369,6 +378,14 @@ public:
         end[N] = r.t;
         journey.end = jet(end, along);
         journey.end.status = r.run.status;
+        if (journey.word.empty())
+            return journey;
+        const int first = journey.word[0] == '-' ? -1 : journey.word[0] == '+' ? 1 : 0;
+        depend_on_start_time(first, leg.t0, leg.x, p, along, journey.end);
+        if (r.run.status == Status::ok) {
+            depend_on_end_time(r.run.mode[0], leg.t_end, r.x, p, along, journey.end);
+            journey.end.slope(N, N + 1) = 1;
+        }
         return journey;
     }
 
@@ -403,8 +420,8 @@ private:
     }
     static Jet nowhere() {
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-        return {Vector::Constant(N, nan), Matrix::Constant(N, K, nan), Matrix::Constant(N, K, nan),
-                Status::not_finite};
+        return {Vector::Constant(N, nan), Matrix::Constant(N, N + 4, nan),
+                Matrix::Constant(N, N + 4, nan), Status::not_finite};
     }
     /// A point of a forced segment.
     struct Sample {
@@ -464,24 +481,35 @@ private:
 
     // --- seeds and jets ------------------------------------------------------------------------
 
-    template <class Use> Jet with_scalar(const Directions& along, Use use) const {
+    template <int Count, class Use> Jet with_scalar(const Directions& along, Use use) const {
         if (along.v == nullptr)
-            return use(static_cast<const Dual<double, K>*>(nullptr));
-        return use(static_cast<const Dual<Dual<double, 1>, K>*>(nullptr));
+            return use(static_cast<const Dual<double, Count>*>(nullptr));
+        return use(static_cast<const Dual<Dual<double, 1>, Count>*>(nullptr));
     }
-    template <class D> static D variable(double value, int i, const Directions& along) {
+    /// The column of a jet that direction i of a dual belongs to.
+    template <class D> static constexpr int column(int i) {
+        constexpr bool has_time = std::tuple_size_v<decltype(D::d)> == point_directions;
+        return has_time ? i + (i > N) : i < N ? i : i + 2;
+    }
+    /// A value that only moves along v, of which it is component i.
+    template <class D> static D moving(double value, int i, const Directions& along) {
         D x(value);
-        x.d[std::size_t(i)] = 1.0;
         if constexpr (nesting_v<D> == 2)
             x.v.d[0] = (*along.v)[i];
+        return x;
+    }
+    /// Direction i.
+    template <class D> static D variable(double value, int i, const Directions& along) {
+        D x = moving<D>(value, column<D>(i), along);
+        x.d[std::size_t(i)] = 1.0;
         return x;
     }
     /// Local time within the period: what the fields see.
     double local(double t, const Vector& p) const {
         return Clock<double>::at(t, filippov::period(sys_, Vec<double, P>(p))).local;
     }
-    template <class D> static D time_of(double t, int i, const Directions& along) {
-        return variable<D>(t, i, along);
+    template <class D> static D time_of(double t, const Directions& along) {
+        return variable<D>(t, N, along);
     }
     template <class D> static Vec<D, N> state_of(const Vector& x, const Directions& along) {
         Vec<D, N> y;
@@ -490,30 +518,65 @@ private:
         return y;
     }
     template <class D> static Vec<D, P> params_of(const Vector& p, const Directions& along) {
+        constexpr int first = int(std::tuple_size_v<decltype(D::d)>) - 2;
         Vec<D, P> q;
         for (int i = 0; i < P; ++i)
             q[i] = D(p[i]);
         for (int k = 0; k < 2; ++k)
             if (const int i = along.active[std::size_t(k)]; i >= 0)
-                q[i] = variable<D>(p[i], N + 2 + k, along);
+                q[i] = variable<D>(p[i], first + k, along);
         return q;
     }
     template <class D, int R> static Jet jet(const Vec<D, R>& value, const Directions& along) {
+        constexpr int count = int(std::tuple_size_v<decltype(D::d)>);
         Jet result;
         result.value.resize(R);
-        result.slope.resize(R, K);
+        result.slope = Matrix::Zero(R, N + 4);
         if (along.v != nullptr)
-            result.bend.resize(R, K);
+            result.bend = Matrix::Zero(R, N + 4);
         for (int r = 0; r < R; ++r) {
             result.value[r] = value_of(value[r]);
-            for (int k = 0; k < K; ++k) {
-                const auto& d = value[r].d[std::size_t(k)];
-                result.slope(r, k) = value_of(d);
+            for (int i = 0; i < count; ++i) {
+                const auto& d = value[r].d[std::size_t(i)];
+                result.slope(r, column<D>(i)) = value_of(d);
                 if constexpr (nesting_v<D> == 2)
-                    result.bend(r, k) = d.d[0];
+                    result.bend(r, column<D>(i)) = d.d[0];
             }
         }
         return result;
+    }
+
+    // --- the times of a flow -------------------------------------------------------------------
+    //
+    // Starting later is starting further back on the same solution, dPhi/dt0 = -Phi_x f(t0, x0),
+    // and ending later is going on, dPhi/dt1 = f(t1, x1): two directions that no step has to carry.
+
+    void depend_on_start_time(int mode, double t0, const Vector& x, const Vector& p,
+                              const Directions& along, Jet& jet) const {
+        const Jet f = rate(mode, t0, x, p, {along.active, nullptr});
+        jet.slope.col(N) = -jet.slope.leftCols(N) * f.value;
+        if (along.v != nullptr)
+            jet.bend.col(N) =
+                -jet.bend.leftCols(N) * f.value -
+                jet.slope.leftCols(N) * moved(f, along.v->head(N), (*along.v)[N], along);
+    }
+    /// @param end  the state there, which has the derivative along v
+    template <class D>
+    void depend_on_end_time(int mode, double t1, const Vec<D, N>& end, const Vector& p,
+                            const Directions& along, Jet& jet) const {
+        const Jet f = rate(mode, t1, jet.value.head(N), p, {along.active, nullptr});
+        jet.slope.col(N + 1).head(N) = f.value;
+        if constexpr (nesting_v<D> == 2) {
+            Vector dx(N);
+            for (int i = 0; i < N; ++i)
+                dx[i] = end[i].v.d[0];
+            jet.bend.col(N + 1).head(N) = moved(f, dx, (*along.v)[N + 1], along);
+        }
+    }
+    /// How a field changes with its point, the parameters moving along v.
+    static Vector moved(const Jet& f, const Vector& dx, double dt, const Directions& along) {
+        return f.slope.leftCols(N) * dx + f.slope.col(N) * dt +
+               f.slope.rightCols(2) * along.v->tail(2);
     }
     void add(const Counters& c) const {
         counters_.steps += c.steps;

@@ -98,18 +98,24 @@ private:
     template <class Rhs, class Step>
     FILIPPOV_NOINLINE void step_in_loops(Rhs& rhs, const S& t, const State& x, const Step& dt,
                                          State& x1) {
-        using R = Real<S>;
+        static constexpr auto a = weights();
         for (std::size_t j = 1; j <= last; ++j) {
-            x1 = x;
-            for (std::size_t m = 0; m < j; ++m) {
-                if (Tableau::a[j][m] == 0)
-                    continue;
-                const auto weight = static_cast<R>(Tableau::a[j][m]) * dt;
-                for (int i = 0; i < N; ++i)
-                    x1[i] += weight * k[m][i];
-            }
-            k[j] = rhs(j, S(t + static_cast<R>(Tableau::c[j]) * dt), x1);
+            State y = x; // not x1 itself, which might be a stage for all the compiler knows
+            for (std::size_t m = 0; m < j; ++m)
+                if (a[j][m] != 0)
+                    for (int i = 0; i < N; ++i)
+                        y[i] += (a[j][m] * dt) * k[m][i];
+            x1 = y;
+            k[j] = rhs(j, S(t + static_cast<Real<S>>(Tableau::c[j]) * dt), x1);
         }
+    }
+    /// The tableau in the scalar's precision: long double is slow to load in a loop.
+    static constexpr auto weights() {
+        std::array<std::array<Real<S>, last>, last + 1> a{};
+        for (std::size_t j = 1; j <= last; ++j)
+            for (std::size_t m = 0; m < j; ++m)
+                a[j][m] = static_cast<Real<S>>(Tableau::a[j][m]);
+        return a;
     }
 
     template <std::size_t J, class Rhs, class Step>
