@@ -238,3 +238,57 @@ TEST_CASE("branch: A and -A are one orbit half a period apart", "[branch]") {
         CHECK(a.cycle.p[0] == Approx(-b.cycle.p[0]).epsilon(1e-10));
     }
 }
+
+TEST_CASE("branch: relay feedback, both halves bifurcate at once (P7)", "[branch]") {
+    const auto system = relay_system();
+    const auto settled = [&](double omega) {
+        Vector p = system->defaults();
+        p << 0.05, omega, 1, 1, -2, 1;
+        Vector x(3);
+        x << 0, 0.5, 0;
+        const Orbit orbit = settle(*system, p, x);
+        REQUIRE(orbit.status == Status::ok);
+        return orbit;
+    };
+    const Orbit start = settled(8);
+    REQUIRE(start.cycle.word.string() == "0-0-0+0+");
+    const Branch branch = BranchTracer(*system, 1, 6.9, 11).trace(start.cycle);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "bound of the parameter");
+    std::vector<Kind> kinds;
+    for (const SpecialPoint& s : branch.special)
+        kinds.push_back(s.kind);
+    REQUIRE(kinds == std::vector{Kind::fold, Kind::adding_sliding, Kind::adding_sliding, Kind::fold,
+                                 Kind::adding_sliding, Kind::adding_sliding});
+    for (const std::size_t i : {1, 4}) {
+        // one half of the orbit and the other: the same parameter, opposite sides, half a period
+        // apart, and two slides more or less
+        const SpecialPoint &a = branch.special[i], &b = branch.special[i + 1];
+        CHECK(a.cycle.p[1] == Approx(b.cycle.p[1]).epsilon(1e-12));
+        CHECK(a.side == -b.side);
+        CHECK((a.cycle.x[a.node] + b.cycle.x[b.node]).norm() < 1e-9);
+        CHECK(a.word_after.size() == a.word_before.size() + 4);
+        CHECK(a.word_after == b.word_after);
+        CHECK(std::abs(residual(a, a.side < 0 ? "1 + s" : "1 - s")) < 1e-12);
+    }
+    // The words of plain runs on both sides of a bifurcation of the stable part.
+    const double adding = branch.special[4].cycle.p[1];
+    CHECK(adding == Approx(10.2414098890).epsilon(1e-10)); // from the words of plain runs, bisected
+    CHECK(settled(adding - 1e-3).cycle.word.string() == "0-0-0+0+");
+    CHECK(settled(adding + 1e-3).cycle.word.string() == "0-0-0-0+0+0+");
+    // The orbit attracts down to the fold, and beyond it is gone: a plain run goes elsewhere.
+    const double fold = branch.special[3].cycle.p[1];
+    CHECK(std::abs(residual(branch.special[3], "mu - 1")) < 1e-9);
+    int stable = 0;
+    for (const BranchPoint& point : branch.points)
+        if (point.cycle.word.string() == "0-0-0+0+" && point.stable() &&
+            point.cycle.p[1] < fold + 0.02) {
+            ++stable;
+            Vector p = point.cycle.p;
+            CHECK(settle(*system, p, point.cycle.x[0]).cycle.period ==
+                  Approx(point.cycle.period).epsilon(1e-9));
+            p[1] = fold - 0.01;
+            CHECK(settle(*system, p, point.cycle.x[0]).cycle.period < 0.9 * point.cycle.period);
+        }
+    CHECK(stable > 0);
+}

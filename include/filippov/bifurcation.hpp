@@ -76,29 +76,30 @@ inline std::vector<Test> tests(const AnySystem& system, const Cycle& c) {
     return all;
 }
 
-/// The test behind the others: a segment that vanishes fails those at its ends, and a contact
-/// where the far side turns round fails the next segment's. Null if two have nothing to do with
-/// each other.
-inline const Test* cause_of(const std::vector<Test>& failed, std::size_t n) {
+/// The tests behind the others: a segment that vanishes fails those at its ends, and a contact
+/// where the far side turns round fails the next segment's. Several if they have nothing to do with
+/// each other, as in the halves of a symmetric orbit.
+inline std::vector<Test> causes_of(std::vector<Test> failed, std::size_t n) {
     const auto rank = [](const Test& test) {
         return test.what == Test::What::duration   ? 0
                : test.what == Test::What::far_side ? 1
                : test.what == Test::What::arrival  ? 2
                                                    : 3;
     };
-    const Test* first = &failed.front();
-    for (const Test& test : failed)
-        if (rank(test) < rank(*first) || (rank(test) == rank(*first) && test.value < first->value))
-            first = &test;
+    std::sort(failed.begin(), failed.end(), [&](const Test& a, const Test& b) {
+        return rank(a) != rank(b) ? rank(a) < rank(b) : a.value < b.value;
+    });
     // by node: where a segment starts, or the node itself
     const auto apart = [n](std::size_t i, std::size_t j) {
         const std::size_t d = (i + n - j) % n;
-        return std::min(d, n - d);
+        return std::min(d, n - d) > 1;
     };
+    std::vector<Test> causes;
     for (const Test& test : failed)
-        if (apart(test.i, first->i) > 1)
-            return nullptr;
-    return first;
+        if (std::all_of(causes.begin(), causes.end(),
+                        [&](const Test& cause) { return apart(test.i, cause.i); }))
+            causes.push_back(test);
+    return causes;
 }
 
 /// A sliding bifurcation as equations: a cycle of the word with fewer segments, one node of which
@@ -274,6 +275,31 @@ inline Cycle child_of(const SlidingCondition& s) {
     }
     detail::insert(c, 0, segment, c.t[0], c.x[0]);
     return c;
+}
+
+/// The same bifurcation on another cycle that passes through the same points in the same modes, but
+/// for segments of no length.
+inline SlidingCondition moved_to(const Cycle& c, const SlidingCondition& s) {
+    const bool touches = s.kind == Kind::grazing_sliding || s.kind == Kind::adding_sliding;
+    const std::size_t n = c.size();
+    const int mode = s.cycle.word[s.node + s.cycle.size() - 1].mode;
+    Test test{touches ? Test::What::nearest : Test::What::far_side, 0, 0, {}};
+    test.least.t = c.t[0] + std::remainder(s.cycle.t[s.node] - c.t[0], c.period);
+    if (test.least.t < c.t[0])
+        test.least.t += c.period;
+    test.least.x = s.cycle.x[s.node];
+    test.least.side = s.side;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < n; ++i) {
+        // how far from the segment (a touch), or from the node where one of this mode ends
+        const double before = c.t[i] - test.least.t, after = test.least.t - c.end(i);
+        const double apart = touches ? std::max({0.0, before, after}) : std::abs(after);
+        if (c.word[i].mode == mode && apart < least) {
+            least = apart;
+            test.i = touches ? i : (i + 1) % n;
+        }
+    }
+    return condition_of(c, test).value_or(s);
 }
 
 /// Multipliers at a grazing-sliding bifurcation on the side where the orbit slides.

@@ -308,37 +308,44 @@ private:
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
     Outcome bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
                       Branch& branch, std::string& trouble) {
-        const Test* cause = cause_of(failed, beyond.size());
-        if (cause == nullptr) {
-            trouble = "several bifurcations at once";
-            return Outcome::retry;
-        }
+        const std::vector<Test> causes = causes_of(failed, beyond.size());
+        const bool born = causes[0].what != Test::What::duration;
         const Cycle before = here.shooting.unpack(here.z);
-        auto condition = condition_of(nearer(before, beyond, *cause), *cause);
-        if (!condition) {
+        std::vector<SlidingCondition> conditions = conditions_behind(before, beyond, causes);
+        if (conditions.empty()) {
             trouble = "the orbit touches the surface where it is crossed: no orbit of any word "
                       "goes on";
             return Outcome::retry;
         }
-        const Convergence c = solve(*condition);
-        branch.corrections += c.iterations;
-        const double value = condition->cycle.p[parameter_];
+        std::vector<SpecialPoint> special;
         const double from = here.parameter(), to = beyond.p[parameter_];
         const double slack = 0.1 * std::abs(to - from) + 1e-9 * (high_ - low_);
-        if (!c.ok() ||
-            !(value >= std::min(from, to) - slack && value <= std::max(from, to) + slack)) {
-            trouble = "a bifurcation could not be located";
+        for (SlidingCondition& s : conditions) {
+            const Convergence c = solve(s);
+            branch.corrections += c.iterations;
+            const double value = s.cycle.p[parameter_];
+            if (!c.ok() ||
+                !(value >= std::min(from, to) - slack && value <= std::max(from, to) + slack)) {
+                trouble = "a bifurcation could not be located";
+                return Outcome::retry;
+            }
+            if (system_.interrupted())
+                return Outcome::ended;
+            special.push_back(describe(s, c));
+            special.back().word_before = before.word.string();
+        }
+        if (!keep_first(conditions, special, to - from) && !born) {
+            trouble = "several bifurcations at once";
             return Outcome::retry;
         }
-        if (system_.interrupted())
-            return Outcome::ended;
-        const bool born = cause->what != Test::What::duration;
-        SpecialPoint special = describe(*condition, c);
-        special.word_before = before.word.string();
-        std::optional<Place> next = born ? child(*condition) : parent(*condition);
-        if (next)
-            special.word_after = next->shooting.word().string();
-        branch.special.push_back(special);
+        const auto next = !born                    ? parent(conditions[0])
+                          : conditions.size() == 1 ? child(conditions[0])
+                                                   : children(conditions);
+        for (SpecialPoint& s : special) {
+            if (next)
+                s.word_after = next->shooting.word().string();
+            branch.special.push_back(std::move(s));
+        }
         if (!next) {
             branch.end = "no orbit continues beyond this bifurcation";
             return Outcome::ended;
@@ -346,6 +353,58 @@ private:
         here = *next;
         here.fresh = true;
         return Outcome::switched;
+    }
+
+    /// The conditions behind failed tests, each for the word without any of the segments that
+    /// vanish; none if a word cannot change into another there.
+    std::vector<SlidingCondition> conditions_behind(const Cycle& before, const Cycle& beyond,
+                                                    const std::vector<Test>& causes) const {
+        std::vector<SlidingCondition> all;
+        const Cycle at = nearer(before, beyond, causes[0]);
+        for (const Test& own : causes) {
+            Cycle c = at;
+            for (const Test& other : causes)
+                if (&other != &own && other.what == Test::What::duration) {
+                    const auto gone = condition_of(c, vanishing(c, at.t[other.i]));
+                    if (!gone)
+                        return {};
+                    c = parent_of(*gone);
+                }
+            const bool dies = own.what == Test::What::duration;
+            const auto condition = condition_of(c, dies ? vanishing(c, at.t[own.i]) : own);
+            if (!condition)
+                return {};
+            all.push_back(*condition);
+        }
+        return all;
+    }
+    /// The duration of the segment that starts at a time, up to whole cycles.
+    static Test vanishing(const Cycle& c, double t) {
+        Test test;
+        const auto apart = [&](std::size_t i) {
+            return std::abs(std::remainder(c.t[i] - t, c.period));
+        };
+        for (std::size_t i = 1; i < c.size(); ++i)
+            if (apart(i) < apart(test.i))
+                test.i = i;
+        return test;
+    }
+    /// Keeps those that come first in the direction of the branch; true if they are all.
+    bool keep_first(std::vector<SlidingCondition>& conditions, std::vector<SpecialPoint>& special,
+                    double direction) const {
+        const auto along = [&](const SlidingCondition& s) {
+            return direction < 0 ? -s.cycle.p[parameter_] : s.cycle.p[parameter_];
+        };
+        double first = std::numeric_limits<double>::infinity();
+        for (const SlidingCondition& s : conditions)
+            first = std::min(first, along(s));
+        const std::size_t n = conditions.size();
+        for (std::size_t i = n; i-- > 0;)
+            if (along(conditions[i]) > first + 1e-9 * (high_ - low_)) {
+                conditions.erase(conditions.begin() + std::ptrdiff_t(i));
+                special.erase(special.begin() + std::ptrdiff_t(i));
+            }
+        return conditions.size() == n;
     }
 
     /// The cycle between the last good and the first bad one where a test vanishes, to first order.
@@ -410,6 +469,45 @@ private:
         const Cycle c = child_of(s);
         const Shooting shape(system_, c, {parameter_, -1});
         return place(c, [&](const Vector& dz) { return shape.growth(0, dz); });
+    }
+    /// The curve of the word with several segments more, born together as in the halves of a
+    /// symmetric orbit. At the bifurcation it may cross others, so it is taken up where the
+    /// segments are short, but have a length.
+    std::optional<Place> children(const std::vector<SlidingCondition>& all) {
+        Cycle c = child_of(all[0]);
+        for (std::size_t k = 1; k < all.size(); ++k)
+            c = child_of(moved_to(c, all[k]));
+        const double length = 1e-4 * c.period;
+        std::size_t first = c.size();
+        for (std::size_t i = c.size(); i-- > 0;)
+            if (!(c.duration(i) > 0) && i + 1 < c.size()) {
+                // an extremum that was passed is undercut before and after
+                c.t[i] -= length / 3;
+                c.t[i + 1] += 2 * length / 3;
+                first = i;
+            }
+        if (first == c.size())
+            return std::nullopt;
+        Shooting shooting(system_, c, {parameter_, -1});
+        Vector z = shooting.pack(c), scale = scales(shooting, c);
+        const Equations equations = [&](const Vector& u, Vector& F, Matrix& J) {
+            const auto e = shooting.evaluate(u);
+            if (e.status != Status::ok)
+                return false;
+            Vector gradient = Vector::Zero(u.size());
+            for (Eigen::Index i = 0; i < u.size(); ++i)
+                gradient[i] = shooting.growth(first, Vector::Unit(u.size(), i));
+            F.resize(u.size());
+            J.resize(u.size(), u.size());
+            F << e.F, gradient.dot(u) - length;
+            J << e.J, gradient.transpose();
+            return true;
+        };
+        Matrix J;
+        if (!newton(equations, scale, z, J).ok())
+            return std::nullopt;
+        const Cycle at = shooting.unpack(z);
+        return place(at, [&](const Vector& dz) { return shooting.growth(first, dz); });
     }
     /// The curve of the word with one segment less, in the direction in which it becomes right.
     std::optional<Place> parent(const SlidingCondition& s) {

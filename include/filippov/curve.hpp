@@ -438,18 +438,19 @@ private:
                         const std::vector<Test>& failed, Curve& curve, std::string& trouble) {
         trouble = "several bifurcations of the same orbit at once";
         const std::size_t n = here.shooting->word().size();
-        const Test* cause = cause_of(failed, n);
-        if (cause == nullptr)
+        const std::vector<Test> causes = causes_of(failed, n);
+        if (causes.size() > 1)
             return Outcome::retry;
-        const Located at = locate(here, beyond, ds, *cause);
+        const Test& cause = causes[0];
+        const Located at = locate(here, beyond, ds, cause);
         curve.corrections += at.convergence.iterations;
         if (!at.ok())
             return Outcome::retry;
-        if (touch_meets_entry(here, *cause)) {
-            end_at_degenerate(here, at, cause->i, curve);
+        if (touch_meets_entry(here, cause)) {
+            end_at_degenerate(here, at, cause.i, curve);
             return Outcome::ended;
         }
-        auto second = condition_of(here.cycle(at.z), polished(here.cycle(at.z), *cause));
+        auto second = condition_of(here.cycle(at.z), polished(here.cycle(at.z), cause));
         if (!second) {
             trouble = "the orbit touches the surface where it is crossed: no orbit of any word "
                       "goes on";
@@ -465,7 +466,7 @@ private:
         special.convergence = at.convergence;
         special.word_before = special.word_after = here.shooting->word().string();
         curve.points.push_back(point_of(here, at.z));
-        const auto next = continued(here, at, *second, cause->what != Test::What::duration);
+        const auto next = continued(here, at, *second, cause.what != Test::What::duration);
         if (next)
             special.word_after = next->shooting->word().string();
         curve.special.push_back(special);

@@ -69,7 +69,7 @@ public:
         Vector z(columns());
         for (std::size_t i = 0; i < c.size(); ++i) {
             z.segment(x_column(i), dim_) = c.x[i];
-            z[x_column(i) + dim_] = i == 0 && !forced_ ? c.period : c.t[i];
+            z[x_column(i) + dim_] = forced_ ? c.t[i] : i == 0 ? c.period : c.t[i] - c.t[0];
         }
         for (int k = 0; k < n_active(); ++k)
             z[rows() + k] = c.p[active_[std::size_t(k)]];
@@ -318,7 +318,8 @@ struct Convergence {
     bool ok() const { return status == Status::ok; }
 };
 
-/// Newton's iteration on square equations. A step that makes |F| grow much is halved.
+/// Newton's iteration on square equations. A step that makes |F| grow much is halved, one of more
+/// than a scale is cut to it.
 /// @param tolerance  of the step, in units of `scale`
 /// @param J          the Jacobian at the result
 inline Convergence newton(const Equations& equations, const Vector& scale, Vector& z, Matrix& J,
@@ -335,7 +336,8 @@ inline Convergence newton(const Equations& equations, const Vector& scale, Vecto
         const double step = dz.cwiseQuotient(scale).cwiseAbs().maxCoeff();
         if (!(step < std::numeric_limits<double>::infinity()))
             return c;
-        double fraction = 1;
+        // Never further than the orbit is large: segments of absurd length cost absurd time.
+        double fraction = std::min(1.0, 1 / step);
         Vector trial;
         bool good = false;
         for (int k = 0; k < 10 && !good; ++k, fraction /= 2) {
