@@ -74,6 +74,60 @@ conditions_at(const AnySystem& system, const Cycle& c, std::size_t node, int sid
             {L + "''", at(K::h, 3)}};
 }
 
+/// True if a branch ends because the caller asks to stop.
+inline bool stopped(const AnySystem& system, Branch& branch) {
+    if (!system.interrupted())
+        return false;
+    branch.status = Status::interrupted;
+    branch.end = message(Status::interrupted);
+    return true;
+}
+/// Steps until `advance(ds)` says that the branch ends.
+template <class Advance>
+void walk(const AnySystem& system, const BranchSettings& settings, Branch& branch,
+          Advance advance) {
+    double ds = settings.first_step;
+    for (int k = 0; k < settings.max_points; ++k) {
+        const bool goes_on = advance(ds);
+        if (stopped(system, branch) || !goes_on)
+            return;
+    }
+    branch.status = Status::max_steps;
+    branch.end = "max_points reached";
+}
+/// One branch of the two directions in which it was followed from a start, the first point of both.
+inline Branch joined(const Branch& backward, const Branch& forward) {
+    Branch all;
+    all.points.assign(backward.points.rbegin(), backward.points.rend());
+    for (auto s = backward.special.rbegin(); s != backward.special.rend(); ++s) {
+        all.special.push_back(*s);
+        std::swap(all.special.back().word_before, all.special.back().word_after);
+    }
+    const auto first = forward.points.begin();
+    if (!forward.points.empty())
+        all.points.insert(all.points.end(), first + (all.points.empty() ? 0 : 1),
+                          forward.points.end());
+    all.special.insert(all.special.end(), forward.special.begin(), forward.special.end());
+    all.begin = backward.end;
+    all.end = forward.end;
+    all.status = backward.status != Status::ok ? backward.status : forward.status;
+    all.corrections = backward.corrections + forward.corrections;
+    return all;
+}
+
+/// The product of (mu - border) over the multipliers, but for the 1 that an autonomous system has.
+inline double border_test(const std::vector<std::complex<double>>& multipliers, double border,
+                          bool forced) {
+    std::complex<double> product = 1;
+    bool trivial = !forced;
+    for (const auto& m : multipliers) {
+        if (trivial && m == 1.0)
+            trivial = false;
+        else
+            product *= m - border;
+    }
+    return product.real();
+}
 /// Crossing and switching have the same equation; what follows where L' pushes tells them apart.
 inline Kind named(const SlidingCondition& s,
                   const std::vector<std::pair<std::string, double>>& conditions) {
@@ -102,21 +156,7 @@ public:
             forward.end = closed;
         else
             run(start, +1, forward, backward.points.size() - once);
-        Branch all;
-        all.points.assign(backward.points.rbegin(), backward.points.rend());
-        for (auto s = backward.special.rbegin(); s != backward.special.rend(); ++s) {
-            std::swap(s->word_before, s->word_after);
-            all.special.push_back(*s);
-        }
-        if (!forward.points.empty())
-            all.points.insert(all.points.end(), forward.points.begin() + std::ptrdiff_t(once),
-                              forward.points.end());
-        all.special.insert(all.special.end(), forward.special.begin(), forward.special.end());
-        all.begin = backward.end;
-        all.end = forward.end;
-        all.status = backward.status != Status::ok ? backward.status : forward.status;
-        all.corrections = backward.corrections + forward.corrections;
-        return all;
+        return detail::joined(backward, forward);
     }
 
 private:
@@ -169,21 +209,12 @@ private:
         return p;
     }
 
-    /// True if the branch ends because the caller asks to stop.
-    bool stopped(Branch& branch) const {
-        if (!system_.interrupted())
-            return false;
-        branch.status = Status::interrupted;
-        branch.end = message(Status::interrupted);
-        return true;
-    }
-
     void run(const Cycle& start, int direction, Branch& branch, std::size_t points_before) {
         const auto tell = [&] {
             if (settings_.progress)
                 settings_.progress(points_before + branch.points.size());
         };
-        if (stopped(branch))
+        if (detail::stopped(system_, branch))
             return;
         auto here = place(start, [&](const Vector& dz) { return direction * dz[dz.size() - 1]; });
         if (!here) {
@@ -193,17 +224,13 @@ private:
             branch.points.push_back(point_of(start));
             tell();
         }
-        if (stopped(branch) || !here)
+        if (detail::stopped(system_, branch) || !here)
             return;
-        double ds = settings_.first_step;
-        for (int k = 0; k < settings_.max_points; ++k) {
+        detail::walk(system_, settings_, branch, [&](double& ds) {
             const bool goes_on = advance(*here, ds, branch);
             tell();
-            if (stopped(branch) || !goes_on)
-                return;
-        }
-        branch.status = Status::max_steps;
-        branch.end = "max_points reached";
+            return goes_on;
+        });
     }
 
     /// One step, whatever it meets; false at the end of the branch.
@@ -537,11 +564,8 @@ private:
 
     // --- fold, flip, Neimark-Sacker ------------------------------------------------------------
 
-    static double flip_test(const std::vector<std::complex<double>>& m) {
-        std::complex<double> product = 1;
-        for (const auto& v : m)
-            product *= v + 1.0;
-        return product.real();
+    double flip_test(const std::vector<std::complex<double>>& m) const {
+        return detail::border_test(m, -1, system_.forced());
     }
     /// |mu|^2 - 1 of the complex pair nearest to the unit circle; 1 if there is none.
     static double torus_test(const std::vector<std::complex<double>>& m) {
@@ -571,7 +595,7 @@ private:
 
     void locate(const Place& here, const Vector& t, double ds, Kind kind, Branch& branch,
                 const std::vector<std::complex<double>>& after) {
-        const auto test = [kind](const std::vector<std::complex<double>>& m) {
+        const auto test = [this, kind](const std::vector<std::complex<double>>& m) {
             return kind == Kind::flip ? flip_test(m) : torus_test(m);
         };
         const bool fold = kind == Kind::fold;

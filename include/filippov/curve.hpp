@@ -17,13 +17,8 @@ struct Box {
 };
 
 /// A curve of one kind of bifurcation.
-struct Curve {
+struct Curve : Branch {
     Kind kind{};
-    std::vector<BranchPoint> points;
-    std::vector<SpecialPoint> special;
-    Status status = Status::ok; ///< of the end that went worse
-    std::string begin, end;     ///< why it ends there
-    long long corrections = 0;  ///< Newton iterations, each one flow with derivatives
 };
 
 /// Where a curve of bifurcations starts: an orbit that bifurcates, and how.
@@ -88,24 +83,13 @@ public:
     const std::vector<Degenerate>& degenerate() const { return degenerate_; }
 
     Curve trace(const CurveStart& start) {
-        Curve forward, backward;
-        forward.kind = backward.kind = start.kind;
+        Branch forward, backward;
         run(start, +1, forward);
         if (start.growing < 0 && start.growing_rate == 0)
             run(start, -1, backward);
         else
             backward.end = "a point of codimension two";
-        Curve all = forward;
-        all.points.assign(backward.points.rbegin(), backward.points.rend());
-        all.points.insert(all.points.end(), forward.points.begin() + (all.points.empty() ? 0 : 1),
-                          forward.points.end());
-        all.special.assign(backward.special.rbegin(), backward.special.rend());
-        all.special.insert(all.special.end(), forward.special.begin(), forward.special.end());
-        all.begin = backward.end;
-        if (backward.status != Status::ok)
-            all.status = backward.status;
-        all.corrections += backward.corrections;
-        return all;
+        return {detail::joined(backward, forward), start.kind};
     }
 
 private:
@@ -223,7 +207,7 @@ private:
         return floquet(system_, parent_of(s));
     }
 
-    void run(const CurveStart& start, int direction, Curve& curve) {
+    void run(const CurveStart& start, int direction, Branch& curve) {
         auto here = place(start, direction);
         if (!here) {
             curve.status = Status::not_finite;
@@ -236,22 +220,11 @@ private:
         if (first.ok())
             here->t = here->curve->tangent(J, here->t);
         curve.points.push_back(point_of(*here, here->z));
-        double ds = settings_.first_step;
-        for (int k = 0; k < settings_.max_points; ++k) {
-            const bool goes_on = advance(*here, ds, curve);
-            if (system_.interrupted()) {
-                curve.status = Status::interrupted;
-                curve.end = message(Status::interrupted);
-                return;
-            }
-            if (!goes_on)
-                return;
-        }
-        curve.status = Status::max_steps;
-        curve.end = "max_points reached";
+        detail::walk(system_, settings_, curve,
+                     [&](double& ds) { return advance(*here, ds, curve); });
     }
 
-    bool advance(Place& here, double& ds, Curve& curve) {
+    bool advance(Place& here, double& ds, Branch& curve) {
         std::string trouble = "Newton's iteration does not converge";
         for (; ds >= settings_.min_step; ds /= 2) {
             Vector z = here.z;
@@ -300,7 +273,7 @@ private:
     }
 
     bool finish_at_bound(const Place& here, const Vector& z, std::size_t k, double ds,
-                         Curve& curve) const {
+                         Branch& curve) const {
         const double bound = here.parameter(z, k) < box_.low[k] ? box_.low[k] : box_.high[k];
         const auto excess = [&](const Vector& u, const Matrix&) {
             return here.parameter(u, k) - bound;
@@ -339,9 +312,24 @@ private:
         bordered << K, bent, v.head(n).cwiseQuotient(scale).transpose(), 0.0;
         return bordered.partialPivLu().determinant();
     }
+    /// A point located on the curve.
+    SpecialPoint special_at(const Place& here, const Located& at, Kind kind) const {
+        SpecialPoint special;
+        special.kind = kind;
+        special.cycle = here.cycle(at.z);
+        special.word_before = special.word_after = special.cycle.word.string();
+        special.convergence = at.convergence;
+        if (is_sliding(here.kind)) {
+            special.node = here.condition.node;
+            special.side = here.condition.side;
+            special.conditions =
+                detail::conditions_at(system_, special.cycle, special.node, special.side);
+        }
+        return special;
+    }
     /// True if the curve ends there.
     bool second_order_point(const Place& here, double ds, double before, double after,
-                            Curve& curve) {
+                            Branch& curve) {
         const Located at = zero_along(
             *here.curve, here.z, here.t, ds,
             [&](const Vector& z, const Matrix&) { return second_order_test(here, z); }, before,
@@ -349,52 +337,45 @@ private:
         curve.corrections += at.convergence.iterations;
         if (!at.ok())
             return false;
-        SpecialPoint special;
-        special.cycle = here.cycle(at.z);
-        special.word_before = special.word_after = special.cycle.word.string();
-        special.convergence = at.convergence;
         if (here.kind == Kind::fold) {
-            special.kind = Kind::cusp;
-            special.conditions = {{"w.F_uu v v", second_order_test(here, at.z)}};
-            special.multipliers = floquet(system_, special.cycle);
-            detail::normalize(system_, special.cycle);
-            curve.special.push_back(special);
+            SpecialPoint cusp = special_at(here, at, Kind::cusp);
+            cusp.conditions = {{"w.F_uu v v", second_order_test(here, at.z)}};
+            cusp.multipliers = floquet(system_, cusp.cycle);
+            detail::normalize(system_, cusp.cycle);
+            curve.special.push_back(cusp);
             return false;
         }
-        special.node = here.condition.node;
-        special.side = here.condition.side;
-        special.conditions =
-            detail::conditions_at(system_, special.cycle, special.node, special.side);
-        special.kind = here.kind;
-        const bool degenerate =
-            here.kind == Kind::switching_sliding || here.kind == Kind::crossing_sliding;
-        if (degenerate) {
-            special.kind = Kind::degenerate_switching_sliding;
-            Cycle plain = detail::rotated(special.cycle, special.node);
-            if (here.kind == Kind::crossing_sliding)
-                detail::erase_first(plain); // the visit has no length
-            degenerate_.push_back({plain, 0, special.side});
+        if (here.kind == Kind::switching_sliding || here.kind == Kind::crossing_sliding) {
+            // the visit of a crossing has no length
+            end_at_degenerate(here, at, here.condition.node, here.kind == Kind::crossing_sliding,
+                              curve);
+            return true;
         }
+        curve.special.push_back(special_at(here, at, here.kind));
+        curve.points.push_back(point_of(here, at.z));
+        curve.end = "degenerate";
+        return true;
+    }
+    /// @param first    where the cycle with the plain word starts
+    /// @param vanishes the segment there has no length and is none of that word's
+    void end_at_degenerate(const Place& here, const Located& at, std::size_t first, bool vanishes,
+                           Branch& curve) {
+        const SpecialPoint special = special_at(here, at, Kind::degenerate_switching_sliding);
+        Cycle plain = detail::rotated(special.cycle, first);
+        if (vanishes)
+            detail::erase_first(plain);
+        degenerate_.push_back({plain, 0, special.side});
         curve.special.push_back(special);
         curve.points.push_back(point_of(here, at.z));
-        curve.end = degenerate ? "degenerate switching-sliding" : "degenerate";
-        return true;
+        curve.end = "degenerate switching-sliding";
     }
 
     /// A fold or a flip of an orbit that has a sliding bifurcation: a multiplier passes 1 or -1.
     void smooth_point(const Place& here, double ds, Kind kind,
-                      const std::vector<std::complex<double>>& after, Curve& curve) {
+                      const std::vector<std::complex<double>>& after, Branch& curve) {
+        const double border = kind == Kind::fold ? 1 : -1;
         const auto test = [&](const std::vector<std::complex<double>>& multipliers) {
-            const double border = kind == Kind::fold ? 1 : -1;
-            std::complex<double> product = 1;
-            bool trivial = !system_.forced(); // the one that is always 1
-            for (const auto& m : multipliers) {
-                if (trivial && m == 1.0)
-                    trivial = false;
-                else
-                    product *= m - border;
-            }
-            return product.real();
+            return detail::border_test(multipliers, border, system_.forced());
         };
         const double f0 = test(curve.points.back().multipliers), f1 = test(after);
         if (!(f0 * f1 < 0))
@@ -404,18 +385,10 @@ private:
             [&](const Vector& z, const Matrix&) { return test(multipliers_of(here, z)); }, f0, f1);
         if (!at.ok())
             return;
-        SpecialPoint special;
-        special.kind = kind;
-        special.cycle = here.cycle(at.z);
-        special.node = here.condition.node;
-        special.side = here.condition.side;
+        SpecialPoint special = special_at(here, at, kind);
         special.multipliers = multipliers_of(here, at.z);
-        special.conditions =
-            detail::conditions_at(system_, special.cycle, special.node, special.side);
         special.conditions.emplace_back(kind == Kind::fold ? "det(M - 1)" : "det(M + 1)",
                                         test(special.multipliers));
-        special.word_before = special.word_after = special.cycle.word.string();
-        special.convergence = at.convergence;
         curve.special.push_back(special);
     }
 
@@ -435,7 +408,7 @@ private:
     /// Another bifurcation happens to the same orbit: a point of codimension two. Where the orbit
     /// and its derivative go on through it, so does the curve, with the next word.
     Outcome change_word(Place& here, const Vector& beyond, double ds,
-                        const std::vector<Test>& failed, Curve& curve, std::string& trouble) {
+                        const std::vector<Test>& failed, Branch& curve, std::string& trouble) {
         trouble = "several bifurcations of the same orbit at once";
         const std::size_t n = here.shooting->word().size();
         const std::vector<Test> causes = causes_of(failed, n);
@@ -447,7 +420,7 @@ private:
         if (!at.ok())
             return Outcome::retry;
         if (touch_meets_entry(here, cause)) {
-            end_at_degenerate(here, at, cause.i, curve);
+            end_at_degenerate(here, at, cause.i, true, curve);
             return Outcome::ended;
         }
         auto second = condition_of(here.cycle(at.z), polished(here.cycle(at.z), cause));
@@ -533,25 +506,6 @@ private:
         return here.kind == Kind::adding_sliding && test.what == Test::What::duration &&
                test.i == before && word[before + n - 1].mode == -here.condition.side;
     }
-    void end_at_degenerate(const Place& here, const Located& at, std::size_t segment,
-                           Curve& curve) {
-        SpecialPoint special;
-        special.kind = Kind::degenerate_switching_sliding;
-        special.cycle = here.cycle(at.z);
-        special.node = here.condition.node;
-        special.side = here.condition.side;
-        special.convergence = at.convergence;
-        special.conditions =
-            detail::conditions_at(system_, special.cycle, special.node, special.side);
-        special.word_before = special.word_after = special.cycle.word.string();
-        Cycle plain = detail::rotated(special.cycle, segment);
-        detail::erase_first(plain);
-        degenerate_.push_back({plain, 0, special.side});
-        curve.special.push_back(special);
-        curve.points.push_back(point_of(here, at.z));
-        curve.end = "degenerate switching-sliding";
-    }
-
     /// The curve with the next word, in the direction in which the parameters went.
     std::optional<Place> continued(const Place& here, const Located& at,
                                    const SlidingCondition& second, bool born) {
