@@ -12,3 +12,6 @@ oscillator_system_5(const filippov::Precision& precision = {});
 std::shared_ptr<const filippov::AnySystem>
 dieci_lopez_system(const filippov::Precision& precision = {});
 std::shared_ptr<const filippov::AnySystem> relay_system(const filippov::Precision& precision = {});
+/// x'' + 2 delta x' + k x = cos(omega t), k = 1 for x < 0 and 2 for x > 0; parameters delta, omega.
+std::shared_ptr<const filippov::AnySystem>
+bilinear_system(const filippov::Precision& precision = {});

@@ -292,3 +292,23 @@ TEST_CASE("branch: relay feedback, both halves bifurcate at once (P7)", "[branch
         }
     CHECK(stable > 0);
 }
+
+TEST_CASE("branch: Neimark-Sacker where the damping changes its sign", "[branch]") {
+    // The divergence is -2 delta on both sides and nothing jumps: det M = exp(-2 delta T) exactly.
+    const auto system = bilinear_system();
+    const Orbit orbit = settle(*system, system->defaults(), Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    REQUIRE(orbit.multipliers[0].imag() != 0);
+    const Branch branch = BranchTracer(*system, 0, -0.1, 0.2).trace(orbit.cycle);
+    REQUIRE(branch.special.size() == 1);
+    const SpecialPoint& torus = branch.special[0];
+    CHECK(torus.kind == Kind::neimark_sacker);
+    CHECK(std::abs(torus.cycle.p[0]) < 1e-11);
+    CHECK(std::abs(torus.conditions[0].second) < 1e-11);
+    CHECK(std::abs(std::abs(torus.multipliers[0]) - 1) < 1e-11);
+    for (const BranchPoint& point : branch.points) {
+        const double det = (point.multipliers[0] * point.multipliers[1]).real();
+        CHECK(det == Approx(std::exp(-2 * point.cycle.p[0] * point.cycle.period)).epsilon(1e-10));
+        CHECK(point.stable() == (point.cycle.p[0] > 0));
+    }
+}

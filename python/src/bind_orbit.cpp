@@ -226,9 +226,9 @@ py::dict special_to_dict(const Model& model, const AnySystem& system, const Spec
     return d;
 }
 
-/// A branch of orbits, or a curve of bifurcations: both are points with special ones among them.
-template <class Line>
-py::dict line_to_dict(const Model& model, const AnySystem& system, const Line& line) {
+/// A branch of orbits, or a curve of bifurcations of a kind.
+py::dict branch_to_dict(const Model& model, const AnySystem& system, const Branch& line,
+                        std::string_view kind = {}) {
     CycleColumns columns;
     Multipliers multipliers;
     std::vector<signed char> stable;
@@ -253,16 +253,7 @@ py::dict line_to_dict(const Model& model, const AnySystem& system, const Line& l
     d["ends"] = py::make_tuple(line.begin, line.end);
     d["corrections"] = line.corrections;
     d["status"] = std::string(name(line.status));
-    return d;
-}
-py::dict branch_to_dict(const Model& model, const AnySystem& system, const Branch& branch) {
-    py::dict d = line_to_dict(model, system, branch);
-    d["kind"] = "";
-    return d;
-}
-py::dict curve_to_dict(const Model& model, const AnySystem& system, const Curve& curve) {
-    py::dict d = line_to_dict(model, system, curve);
-    d["kind"] = std::string(name(curve.kind));
+    d["kind"] = std::string(kind);
     return d;
 }
 
@@ -327,7 +318,7 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
     }
     py::list all;
     for (const Curve& curve : curves)
-        all.append(curve_to_dict(model, *analysis.unstoppable, curve));
+        all.append(branch_to_dict(model, *analysis.unstoppable, curve, name(curve.kind)));
     py::dict d;
     d["curves"] = all;
     d["raised"] = analysis.signals.raised();
@@ -360,7 +351,7 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
     for (const Branch& branch : set.branches)
         branches.append(branch_to_dict(model, *analysis.unstoppable, branch));
     for (const Curve& curve : set.curves)
-        curves.append(curve_to_dict(model, *analysis.unstoppable, curve));
+        curves.append(branch_to_dict(model, *analysis.unstoppable, curve, name(curve.kind)));
     py::dict d;
     d["branches"] = branches;
     d["curves"] = curves;

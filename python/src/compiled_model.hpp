@@ -325,8 +325,8 @@ public:
     }
 
     Run simulate(const Task& task) const override {
-        if (task.watches.empty())
-            return run(task, Sections<>{});
+        // Also without any watches: one more engine compiled for that case would save half a
+        // percent of a run.
         return run(task, Watches{task.watches, {}});
     }
 
