@@ -136,6 +136,55 @@ TEST_CASE("maps: the strobe map's slopes are those of differences", "[maps]") {
     }
 }
 
+TEST_CASE("maps: slopes by parameters are those of differences", "[maps]") {
+    const auto system = any_system(Shaker{});
+    const Vector p = system->defaults(), x0 = point(-0.7, 0.2);
+    const Directions along{{5, 3}, nullptr}; // omega, on which the period depends, and mu
+    const double e = 1e-6;
+    const auto strobed = [&](const Vector& q) { return strobe(*system, 0.3, x0, q, 2, along); };
+    const auto met = [&](const Vector& q) {
+        return section_map(*system, {EventKind::exit_sliding}, 0.3, x0, q, 50, 2, along);
+    };
+    const auto check = [&](const auto& map) {
+        const Mapped m = map(p);
+        REQUIRE(m.ok());
+        CHECK(m.message.empty());
+        CHECK(m.slides > 0);
+        CHECK_FALSE(m.singular);
+        CHECK(m.param_slope.norm() > 0.1);
+        for (int k = 0; k < 2; ++k) {
+            Vector dp = Vector::Zero(6);
+            dp[along.active[std::size_t(k)]] = e;
+            const Mapped a = map(p + dp), b = map(p - dp);
+            // rounding of 1e-12/e and a curvature of e^2
+            CHECK(((a.x - b.x) / (2 * e) - m.param_slope.col(k).head(2)).norm() < 2e-6);
+            CHECK((a.t - b.t) / (2 * e) == Approx(m.param_slope(2, k)).margin(2e-6));
+        }
+    };
+    check(strobed);
+    check(met);
+    const double T = 2 * std::numbers::pi / 1.7;
+    CHECK(strobed(p).param_slope(2, 0) == Approx(-2 * T / 1.7).epsilon(1e-14));
+}
+
+TEST_CASE("maps: sections that make no map are refused, and callers who ask to stop are heard",
+          "[maps]") {
+    const Vector p = block_params(0.5, 2.9);
+    for (const EventKind kind : {EventKind::graze, EventKind::slide_extremum, EventKind::section})
+        CHECK_THROWS_WITH(section_map(*block(), {kind}, 0, point(0, 0), p, 10),
+                          ContainsSubstring("section.kind"));
+    CHECK_THROWS_WITH(section_map(*block(), {.after = 3}, 0, point(0, 0), p, 10),
+                      ContainsSubstring("section.after"));
+    CHECK_THROWS_WITH(strobe(*block(), 0, point(0, 0), p, 1, {{10, -1}, nullptr}),
+                      ContainsSubstring("along.active"));
+    Precision precision;
+    precision.interrupted = [] { return true; };
+    const auto stopped = oscillator_system(precision);
+    CHECK(strobe(*stopped, 0, point(0, 0), p, 1'000'000).status == Status::interrupted);
+    CHECK(section_map(*stopped, {}, 0, point(0, 0), p, 100, 1'000'000).status ==
+          Status::interrupted);
+}
+
 TEST_CASE("maps: the section map returns after the period of a limit cycle", "[maps]") {
     const auto system = dieci_lopez_system();
     const Vector p = system->defaults();

@@ -21,11 +21,14 @@ namespace filippov {
 /// Where a map leads, with derivatives.
 struct Mapped {
     Status status = Status::ok;
-    std::string message; ///< of a failure
-    double t = 0;        ///< time there
-    Vector x;            ///< state there
-    Matrix slope;        ///< d(x, t)/d(x0, t0), shape (dim + 1, dim + 1)
-    std::string word;    ///< modes passed through
+    std::string message;   ///< of a failure
+    double t = 0;          ///< time there
+    Vector x;              ///< state there
+    Matrix slope;          ///< d(x, t)/d(x0, t0), shape (dim + 1, dim + 1)
+    Matrix param_slope;    ///< d(x, t)/d(a, b), the active parameters; shape (dim + 1, 2)
+    std::string word;      ///< modes passed through
+    int slides = 0;        ///< how many of them slide
+    bool singular = false; ///< an event was tangential: no slopes, they are NaN
     bool ok() const { return status == Status::ok; }
 };
 
@@ -49,24 +52,37 @@ inline void require_iterate(int iterate) {
     if (!(iterate > 0))
         refuse("iterate", iterate, "expected an integer > 0");
 }
-inline double require_period(const AnySystem& system, const Vector& p) {
+inline PeriodJet require_period(const AnySystem& system, const Vector& p,
+                                const Directions& along = {}) {
     if (!system.forced())
         throw std::invalid_argument("filippov: system: expected one with a period");
-    const double T = system.period(p, {}).value;
-    if (!(T > 0 && T < std::numeric_limits<double>::infinity()))
-        refuse("period", T, "expected a finite number > 0");
+    const PeriodJet T = system.period(p, along);
+    if (!(T.value > 0 && T.value < std::numeric_limits<double>::infinity()))
+        refuse("period", T.value, "expected a finite number > 0");
     return T;
+}
+/// The parameters to derive by: indices, or -1 for none.
+inline void require_active(const Directions& along, const Vector& p) {
+    for (const int i : along.active)
+        if (!(i >= -1 && i < p.size()))
+            refuse("along.active", i, "expected an index of a parameter, or -1");
+    if (along.v != nullptr)
+        throw std::invalid_argument("filippov: along.v: maps have no second derivatives");
 }
 
 inline Mapped mapped(const AnySystem& system, const Journey& journey) {
     const int d = system.dim();
     Mapped m;
     m.status = journey.status;
-    m.message = journey.message;
+    if (!m.ok())
+        m.message = journey.message;
     m.x = journey.end.value.head(d);
     m.t = journey.end.value[d];
     m.slope = journey.end.slope.leftCols(d + 1);
+    m.param_slope = journey.end.slope.rightCols(2);
     m.word = journey.word;
+    m.slides = journey.slides;
+    m.singular = journey.singular;
     return m;
 }
 
@@ -76,45 +92,74 @@ inline Mapped mapped(const AnySystem& system, const Journey& journey) {
 ///
 /// Time is carried along, t + iterate T, so that the slope is that of a section, too. A slide makes
 /// the slope singular: its multiplier 0 is exact where the slide is the last mode.
+/// @param along  parameters for `param_slope`, which the period may depend on
 inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const Vector& p,
-                     int iterate = 1) {
+                     int iterate = 1, const Directions& along = {}) {
     detail::require_point(system, t0, x0, p);
     detail::require_iterate(iterate);
-    const double T = detail::require_period(system, p);
+    detail::require_active(along, p);
+    const PeriodJet T = detail::require_period(system, p, along);
     const int d = system.dim();
-    const Journey journey = system.journey({.t0 = t0, .x = x0, .t_end = t0 + iterate * T}, p, {});
+    Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * T.value};
+    leg.interrupted = [&system] { return system.interrupted(); };
+    const Journey journey = system.journey(leg, p, along);
     Mapped m = detail::mapped(system, journey);
-    // The end is a period after the start, and moves with it.
-    m.slope.col(d) += journey.end.slope.col(d + 1);
+    // The end is a period after the start, and moves with it and with the period.
+    const auto by_end = journey.end.slope.col(d + 1);
+    m.slope.col(d) += by_end;
+    for (int k = 0; k < 2; ++k)
+        m.param_slope.col(k) += iterate * T.slope[std::size_t(k)] * by_end;
     return m;
 }
 
 /// Which events a section map goes to.
 struct SectionOf {
+    /// cross, enter_sliding or exit_sliding. A neighbour of a solution that touches something does
+    /// not touch it: such events make no map.
     EventKind kind = EventKind::exit_sliding;
     int after = 2; ///< only those after which the mode is this one; 2: all
 };
 
+namespace detail {
+
+inline void require_section(const SectionOf& section) {
+    const EventKind kind = section.kind;
+    if (kind != EventKind::cross && kind != EventKind::enter_sliding &&
+        kind != EventKind::exit_sliding)
+        throw std::invalid_argument("filippov: section.kind = " + std::string(name(kind)) +
+                                    ": expected cross, enter_sliding or exit_sliding");
+    if (section.after < -1 || section.after > 2)
+        refuse("section.after", section.after, "expected -1, 0, +1, or 2 for all");
+}
+
+} // namespace detail
+
 /// The section map: state and time at the next event of a kind, `iterate` times.
 /// @param max_time  to wait for each of them
+/// @param along  parameters for `param_slope`
 /// @return status `escaped` if no such event comes in this time
 inline Mapped section_map(const AnySystem& system, const SectionOf& section, double t0,
-                          const Vector& x0, const Vector& p, double max_time, int iterate = 1) {
+                          const Vector& x0, const Vector& p, double max_time, int iterate = 1,
+                          const Directions& along = {}) {
     detail::require_point(system, t0, x0, p);
     detail::require_iterate(iterate);
+    detail::require_active(along, p);
+    detail::require_section(section);
     if (!(max_time > 0 && max_time < std::numeric_limits<double>::infinity()))
         detail::refuse("max_time", max_time, "expected a finite number > 0");
     int left = iterate;
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * max_time};
+    leg.interrupted = [&system] { return system.interrupted(); };
     leg.ends = [&](const Happening& e) {
         const bool counts =
             e.kind == section.kind && (section.after == 2 || section.after == e.after);
         left -= counts;
         return counts && left == 0;
     };
-    Mapped m = detail::mapped(system, system.journey(leg, p, {}));
+    Mapped m = detail::mapped(system, system.journey(leg, p, along));
     if (m.status == Status::event) {
         m.status = Status::ok;
+        m.message.clear();
     } else if (m.status == Status::ok) {
         m.status = Status::escaped;
         m.message = "no event of kind " + std::string(name(section.kind)) + " within max_time.";
@@ -236,7 +281,7 @@ private:
         if (settings_.guess.size() == 0)
             settings_.guess = Vector::Zero(2);
         detail::require_point(*system_, 0, settings_.guess, p_);
-        T_ = detail::require_period(*system_, p_);
+        T_ = detail::require_period(*system_, p_).value;
         if (!(system_->s_max(p_) == 1))
             detail::refuse("s_max", system_->s_max(p_), "expected 1, no static friction");
         if (!(settings_.max_periods > 0 && settings_.max_periods <= 1e9))
