@@ -3,8 +3,15 @@
 #pragma once
 
 #include <filippov/arclength.hpp>
+#include <filippov/maps.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace filippov {
@@ -37,14 +44,29 @@ struct Equilibrium {
         pseudo,  ///< of the sliding field
         boundary ///< of f1 or f2, on the surface
     };
+    /// What a boundary equilibrium is to the parameter.
+    enum class Encounter : unsigned char {
+        none,        ///< it is no boundary equilibrium
+        persistence, ///< it becomes a pseudo-equilibrium: one of the two on either side
+        fold,        ///< a nonsmooth fold: it meets a pseudo-equilibrium, and both vanish
+        degenerate   ///< neither: the surface is full of rest points, or the Jacobian is singular
+    };
     Kind kind = Kind::regular;
+    Encounter encounter = Encounter::none;
     Vector x;
-    int side = 0;      ///< -1, +1; 0 for a pseudo-equilibrium
-    double s = 0;      ///< blend variable of a pseudo-equilibrium
-    double value = 0;  ///< the parameter, of a boundary equilibrium
-    bool real = false; ///< on its own side; |s| < 1 for a pseudo-equilibrium
+    int side = 0;           ///< -1, +1; 0 for a pseudo-equilibrium
+    double s = 0;           ///< blend variable of a pseudo-equilibrium
+    double value = 0;       ///< the parameter, of a boundary equilibrium
+    bool real = false;      ///< on its own side; |s| < s_max (1) for a pseudo-equilibrium
+    bool attracting = true; ///< of a pseudo-equilibrium: the sliding around it attracts
     std::vector<std::complex<double>>
         eigenvalues{}; ///< on the surface: dim - 1 of a pseudo-equilibrium
+
+    /// True if solutions nearby tend to it; never said of one on the surface's edge.
+    bool stable() const {
+        return kind != Kind::boundary && real && attracting &&
+               std::ranges::all_of(eigenvalues, [](const auto& e) { return e.real() < 0; });
+    }
 };
 
 namespace detail {
@@ -74,8 +96,8 @@ inline bool least_newton(const Equations& equations, Vector& z, const Vector& sc
     return false;
 }
 
-/// Points of a grid over a box, about `n` of them.
-template <class Use> void each_seed(const StateBox& box, int n, Use use) {
+/// Points of a grid over a box, about `n` of them, until the caller of the system asks to stop.
+template <class Use> void each_seed(const AnySystem& system, const StateBox& box, int n, Use use) {
     const auto d = box.low.size();
     const int per_axis = std::max(2, int(std::ceil(std::pow(double(n), 1.0 / double(d)))));
     std::vector<int> index(std::size_t(d), 0);
@@ -84,6 +106,8 @@ template <class Use> void each_seed(const StateBox& box, int n, Use use) {
         for (Eigen::Index i = 0; i < d; ++i)
             x[i] =
                 box.low[i] + (box.high[i] - box.low[i]) * (index[std::size_t(i)] + 0.5) / per_axis;
+        if (system.interrupted())
+            return;
         use(x);
         std::size_t axis = 0;
         while (axis < index.size() && ++index[axis] == per_axis)
@@ -93,14 +117,61 @@ template <class Use> void each_seed(const StateBox& box, int n, Use use) {
     }
 }
 inline bool inside(const StateBox& box, const Vector& x) {
-    return (x - box.low).minCoeff() >= 0 && (box.high - x).minCoeff() >= 0;
+    // A surface may be a side of the box; there rounding decides nothing.
+    const Vector slack = 1e-12 * (box.low.cwiseAbs() + box.high.cwiseAbs());
+    return (x - box.low + slack).minCoeff() >= 0 && (box.high - x + slack).minCoeff() >= 0;
 }
-inline void require_box(const AnySystem& system, const StateBox& box) {
+inline void require_box(const AnySystem& system, const StateBox& box, const Vector& p, int seeds) {
     if (box.low.size() != system.dim() || box.high.size() != system.dim())
         refuse("box", double(box.low.size()), "expected one range a state component");
     for (Eigen::Index i = 0; i < box.low.size(); ++i)
-        if (!(box.low[i] < box.high[i]))
-            refuse("box.low[" + std::to_string(i) + "]", box.low[i], "expected low < high");
+        if (!(box.low[i] < box.high[i] && std::isfinite(box.high[i] - box.low[i])))
+            refuse("box.low[" + std::to_string(i) + "]", box.low[i], "expected finite low < high");
+    require_point(system, 0, box.low, p);
+    if (!(seeds > 0))
+        refuse("seeds", seeds, "expected an integer > 0");
+}
+inline void require_side(int side) {
+    if (side != -1 && side != 1)
+        refuse("side", side, "expected -1 or +1");
+}
+
+} // namespace detail
+
+/// True if the fields or the surface change in time, as far as points of the box show.
+inline bool depends_on_time(const AnySystem& system, const StateBox& box, const Vector& p) {
+    detail::require_box(system, box, p, 1);
+    const int d = system.dim();
+    bool moves = false;
+    // times without a common period: no forcing is at rest in all of them
+    for (const double t : {0.3819660112501051, 1.7320508075688772, 4.6692016091029907})
+        detail::each_seed(system, box, 8, [&](const Vector& x) {
+            for (const int side : {-1, 1}) {
+                const Jet f = system.rate(side, t, x, p, {}),
+                          h = system.quantity({Quantity::Kind::h, side, 0}, t, x, p, {});
+                moves = moves || f.slope.col(d).cwiseAbs().maxCoeff() > 0 ||
+                        std::abs(h.slope(0, d)) > 0;
+            }
+        });
+    return moves;
+}
+
+namespace detail {
+
+inline void require_autonomous(const AnySystem& system, const StateBox& box, const Vector& p) {
+    if (depends_on_time(system, box, p))
+        throw std::invalid_argument(
+            "filippov: system: expected an autonomous one; this one depends on time");
+}
+
+inline std::vector<std::complex<double>> eigenvalues_of(const Matrix& J) {
+    if (J.rows() == 0)
+        return {};
+    if (!J.allFinite()) // none of them is known to be stable
+        return std::vector<std::complex<double>>(std::size_t(J.rows()),
+                                                 std::numeric_limits<double>::quiet_NaN());
+    const Eigen::VectorXcd values = J.eigenvalues();
+    return {values.begin(), values.end()};
 }
 
 /// h = 0 and L = 0 of a side at a time, in the unknowns x.
@@ -142,11 +213,14 @@ inline Tangency describe_tangency(const AnySystem& system, int side, double t, c
 /// @param seeds  starts of Newton's iteration, on a grid over the box
 inline std::vector<Tangency> tangencies(const AnySystem& system, int side, double t,
                                         const StateBox& box, const Vector& p, int seeds = 64) {
-    detail::require_box(system, box);
+    detail::require_box(system, box, p, seeds);
+    detail::require_side(side);
+    if (!std::isfinite(t))
+        detail::refuse("t", t, "expected a finite number");
     const Equations equations = detail::tangency_equations(system, side, t, p);
     const Vector scale = box.high - box.low;
     std::vector<Tangency> found;
-    detail::each_seed(box, seeds, [&](Vector x) {
+    detail::each_seed(system, box, seeds, [&](Vector x) {
         if (!detail::least_newton(equations, x, scale) || !detail::inside(box, x))
             return;
         for (const Tangency& known : found)
@@ -162,44 +236,96 @@ inline std::vector<Tangency> tangencies(const AnySystem& system, int side, doubl
 struct SlidingBoundary {
     int side = 0;
     std::vector<Tangency> points;     ///< at equidistant phases, from 0 to 2 pi
-    std::vector<Tangency> tangential; ///< where `drift` vanishes
+    std::vector<Tangency> tangential; ///< where `drift` vanishes, in order of time
+    Status status = Status::ok;       ///< `not_converged` if it could not be followed all round
+    std::string message;              ///< why
 };
 
+namespace detail {
+
+/// The point of a boundary at a time, by Newton from a point nearby.
+using BoundaryPoint = std::function<bool(double t, Vector& x)>;
+
+/// The zero of `drift` between two neighbours, by bisection.
+inline std::optional<Tangency> tangential_point(const AnySystem& system, const Vector& p,
+                                                const BoundaryPoint& point, const Tangency& a,
+                                                const Tangency& b) {
+    double low = a.t, high = b.t;
+    Tangency middle = a;
+    for (int i = 0; i < 60 && high - low > 1e-15 * std::abs(b.t); ++i) {
+        const double t = low + (high - low) / 2;
+        Vector y = middle.x;
+        if (!point(t, y))
+            return std::nullopt;
+        middle = describe_tangency(system, a.side, t, y, p);
+        (middle.drift * a.drift > 0 ? low : high) = t;
+    }
+    // at a pole, where the other field is tangent as well, the sign changes without a zero
+    if (!(std::abs(middle.drift) <= 1e-6 * (std::abs(a.drift) + std::abs(b.drift))))
+        return std::nullopt;
+    return middle;
+}
+
+/// All of them; one at phase zero may be seen from both ends of the period, or from neither.
+inline void find_tangential(const AnySystem& system, const Vector& p, const BoundaryPoint& point,
+                            double T, SlidingBoundary& boundary) {
+    const auto keep = [&](const Tangency& found) {
+        for (const Tangency& known : boundary.tangential)
+            if (std::abs(std::remainder(known.t - found.t, T)) < 1e-9 * T)
+                return;
+        boundary.tangential.push_back(found);
+    };
+    const auto& points = boundary.points;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const bool last = k + 1 == points.size(), seam = last && boundary.status == Status::ok;
+        // exact zeros, and at the end a change that rounding has put on the seam
+        if (std::abs(points[k].drift) <= 0 || (seam && points[k].drift * points[0].drift < 0))
+            keep(points[seam ? 0 : k]);
+        else if (!last && points[k].drift * points[k + 1].drift < 0)
+            if (const auto found = tangential_point(system, p, point, points[k], points[k + 1]))
+                keep(*found);
+    }
+    std::ranges::sort(boundary.tangential, {}, &Tangency::t);
+}
+
+} // namespace detail
+
 /// @param near  a state from which Newton finds the boundary at phase zero
+/// @param n     points over the period
 inline SlidingBoundary sliding_boundary(const AnySystem& system, int side, const Vector& near,
                                         const Vector& p, int n = 256) {
     if (!system.forced() || system.dim() != 2)
         throw std::invalid_argument("filippov: system: expected a forced planar one");
-    const double T = system.period(p, {}).value;
+    detail::require_side(side);
+    detail::require_point(system, 0, near, p);
+    if (!(n > 0))
+        detail::refuse("n", n, "expected an integer > 0");
+    const double T = detail::require_period(system, p).value;
     const Vector scale = near.cwiseAbs().cwiseMax(1e-3 * std::max(1.0, near.norm()));
+    const detail::BoundaryPoint point = [&](double t, Vector& x) {
+        return detail::least_newton(detail::tangency_equations(system, side, t, p), x, scale);
+    };
     SlidingBoundary boundary;
     boundary.side = side;
     Vector x = near;
-    const auto point = [&](double t, Vector& state) {
-        return detail::least_newton(detail::tangency_equations(system, side, t, p), state, scale);
-    };
     for (int k = 0; k <= n; ++k) {
         const double t = T * k / n;
-        if (!point(t, x))
+        if (system.interrupted())
+            boundary.status = Status::interrupted;
+        else if (!point(t, x))
+            boundary.status = Status::not_converged;
+        if (boundary.status != Status::ok) {
+            boundary.message = "followed up to t = " + std::to_string(t);
             break;
+        }
         boundary.points.push_back(describe_tangency(system, side, t, x, p));
     }
-    for (std::size_t k = 1; k < boundary.points.size(); ++k) {
-        const Tangency &a = boundary.points[k - 1], &b = boundary.points[k];
-        if (!(a.drift * b.drift < 0))
-            continue;
-        double low = a.t, high = b.t;
-        Tangency middle = a;
-        for (int i = 0; i < 60 && high - low > 1e-15 * T; ++i) {
-            const double t = low + (high - low) / 2;
-            Vector y = middle.x;
-            if (!point(t, y))
-                break;
-            middle = describe_tangency(system, side, t, y, p);
-            (middle.drift * a.drift > 0 ? low : high) = t;
-        }
-        boundary.tangential.push_back(middle);
+    if (boundary.status == Status::ok &&
+        (boundary.points.back().x - boundary.points[0].x).cwiseQuotient(scale).norm() > 1e-6) {
+        boundary.status = Status::not_converged;
+        boundary.message = "after a period it is another point: take a larger n";
     }
+    detail::find_tangential(system, p, point, T, boundary);
     return boundary;
 }
 
@@ -207,7 +333,8 @@ inline SlidingBoundary sliding_boundary(const AnySystem& system, int side, const
 /// beyond, of an autonomous system.
 inline std::vector<Equilibrium> equilibria(const AnySystem& system, const StateBox& box,
                                            const Vector& p, int seeds = 64) {
-    detail::require_box(system, box);
+    detail::require_box(system, box, p, seeds);
+    detail::require_autonomous(system, box, p);
     const int d = system.dim();
     std::vector<Equilibrium> found;
     const Vector scale = box.high - box.low;
@@ -229,16 +356,15 @@ inline std::vector<Equilibrium> equilibria(const AnySystem& system, const StateB
             J = f.slope.leftCols(d);
             return true;
         };
-        detail::each_seed(box, seeds, [&](Vector x) {
+        detail::each_seed(system, box, seeds, [&](Vector x) {
             if (!detail::least_newton(rest, x, scale))
                 return;
             Equilibrium e;
             e.x = x;
             e.side = side;
             e.real = side * h_at(x).value[0] > 0;
-            const Eigen::VectorXcd values =
-                Matrix(system.rate(side, 0, x, p, {}).slope.leftCols(d)).eigenvalues();
-            e.eigenvalues.assign(values.begin(), values.end());
+            e.eigenvalues =
+                detail::eigenvalues_of(system.rate(side, 0, x, p, {}).slope.leftCols(d));
             keep(e);
         });
     }
@@ -257,7 +383,7 @@ inline std::vector<Equilibrium> equilibria(const AnySystem& system, const StateB
     };
     Vector scale_s(d + 1);
     scale_s << scale, 1;
-    detail::each_seed(box, seeds, [&](const Vector& x) {
+    detail::each_seed(system, box, seeds, [&](const Vector& x) {
         Vector z(d + 1);
         z << x, 0;
         if (!detail::least_newton(pseudo, z, scale_s))
@@ -266,31 +392,62 @@ inline std::vector<Equilibrium> equilibria(const AnySystem& system, const StateB
         e.kind = Equilibrium::Kind::pseudo;
         e.x = z.head(d);
         e.s = z[d];
-        e.real = std::abs(e.s) < 1;
+        e.real = std::abs(e.s) < system.s_max(p);
         // the sliding flow's Jacobian on the tangent plane of the surface
         const Matrix normal = h_at(e.x).slope.leftCols(d).transpose();
         const Matrix Q = Eigen::HouseholderQR<Matrix>(normal).householderQ();
         const Matrix tangent = Q.rightCols(d - 1);
         const Matrix J = system.rate(0, 0, e.x, p, {}).slope.leftCols(d);
-        if (d > 1) {
-            const Eigen::VectorXcd values = Matrix(tangent.transpose() * J * tangent).eigenvalues();
-            e.eigenvalues.assign(values.begin(), values.end());
-        }
+        e.eigenvalues = detail::eigenvalues_of(tangent.transpose() * J * tangent);
+        const auto L = [&](int side) {
+            return system.quantity({Quantity::Kind::h, side, 1}, 0, e.x, p, {}).value[0];
+        };
+        e.attracting = L(-1) > L(1);
         keep(e);
     });
     return found;
 }
+
+namespace detail {
+
+/// Eigenvalues of a boundary equilibrium, and what becomes of it: beyond it a pseudo-equilibrium
+/// has the blend b of the other field, b <grad h, N^-1 (F_other - F)> = h at the equilibrium of F,
+/// N = DF; it is one that slides (b > 0) where that equilibrium is virtual, or where it is real.
+/// @source di Bernardo, Nordmark & Olivar (2008), Physica D 237, 119-136
+inline void describe_boundary_equilibrium(const AnySystem& system, const Vector& p,
+                                          Equilibrium& e) {
+    const int d = system.dim();
+    const Jet f = system.rate(e.side, 0, e.x, p, {}), other = system.rate(-e.side, 0, e.x, p, {}),
+              h = system.quantity({Quantity::Kind::h, e.side, 0}, 0, e.x, p, {});
+    const Matrix N = f.slope.leftCols(d);
+    e.eigenvalues = eigenvalues_of(N);
+    const Vector normal = h.slope.row(0).head(d);
+    const Eigen::FullPivLU<Matrix> lu(N);
+    const Vector step = lu.solve(other.value - f.value);
+    const double across = e.side * normal.dot(step);
+    if (!lu.isInvertible() || !(std::abs(across) > 1e-9 * normal.norm() * step.norm()))
+        e.encounter = Equilibrium::Encounter::degenerate;
+    else
+        e.encounter =
+            across < 0 ? Equilibrium::Encounter::persistence : Equilibrium::Encounter::fold;
+}
+
+} // namespace detail
 
 /// Boundary equilibria of an autonomous system over one parameter: an equilibrium of f1 or f2
 /// reaches the surface.
 inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, const StateBox& box,
                                                     Vector p, int parameter, double low,
                                                     double high, int seeds = 64) {
-    detail::require_box(system, box);
+    detail::require_box(system, box, p, seeds);
     if (!(parameter >= 0 && parameter < p.size()))
         detail::refuse("parameter", parameter, "expected an index of a parameter");
-    if (!(low < high))
-        detail::refuse("low", low, "expected low < high");
+    if (!(low < high && std::isfinite(high - low)))
+        detail::refuse("low", low, "expected finite low < high");
+    for (const double value : {low, low + (high - low) / 2, high}) {
+        p[parameter] = value;
+        detail::require_autonomous(system, box, p);
+    }
     const int d = system.dim();
     const Directions along{{parameter, -1}, nullptr};
     std::vector<Equilibrium> found;
@@ -309,7 +466,7 @@ inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, con
             J << f.slope.leftCols(d), f.slope.col(d + 2), h.slope.leftCols(d), h.slope.col(d + 2);
             return true;
         };
-        detail::each_seed(box, seeds, [&](const Vector& x) {
+        detail::each_seed(system, box, seeds, [&](const Vector& x) {
             Vector z(d + 1);
             z << x, low + (high - low) / 2;
             if (!detail::least_newton(equations, z, scale) || !(z[d] >= low && z[d] <= high) ||
@@ -326,6 +483,9 @@ inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, con
             e.s = side;
             e.value = z[d];
             e.real = true;
+            Vector q = p;
+            q[parameter] = z[d];
+            detail::describe_boundary_equilibrium(system, q, e);
             found.push_back(e);
         });
     }
