@@ -17,9 +17,11 @@ from ._core import __version__
 from ._diagram import Diagram, bifurcation_diagram
 from ._event import EventKind
 from ._event_map import EventMap, FixedPoint, event_map
+from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
 from ._lyapunov import Lyapunov, lyapunov
 from ._orbit import Orbit, OrbitError, periodic_orbit
 from ._simulate import SimulationError, simulate
+from ._sliding_boundary import SlidingBoundary, sliding_boundaries
 from ._sliding_region import SlidingRegion, sliding_region
 from ._status import Status
 from ._store import load
@@ -30,6 +32,7 @@ __all__ = [
     "BifurcationSet",
     "Branch",
     "Diagram",
+    "Equilibrium",
     "EventKind",
     "EventMap",
     "FixedPoint",
@@ -40,17 +43,21 @@ __all__ = [
     "Piece",
     "Settings",
     "SimulationError",
+    "SlidingBoundary",
     "SlidingRegion",
     "Solution",
     "SpecialPoint",
     "Stats",
     "Status",
     "System",
+    "Tangency",
     "Trajectory",
     "__version__",
     "bifurcation_diagram",
     "bifurcation_set",
+    "boundary_equilibria",
     "continuation",
+    "equilibria",
     "event_map",
     "get_include",
     "load",
@@ -59,5 +66,7 @@ __all__ = [
     "periodic_orbit",
     "show_config",
     "simulate",
+    "sliding_boundaries",
     "sliding_region",
+    "tangencies",
 ]

@@ -87,6 +87,10 @@ class _Graph(TypedDict):
     evaluations: int
     raised: BaseException | None
 
+class _Found(TypedDict):
+    found: list[dict[str, Any]]
+    raised: BaseException | None
+
 class _Exponents(TypedDict):
     exponents: _Floats
     error: _Floats
@@ -322,3 +326,32 @@ def lyapunov(
     batches: int,
     /,
 ) -> _Exponents: ...
+def tangencies(
+    model: Model,
+    sides: Sequence[int],
+    t: float,
+    low: _Floats,
+    high: _Floats,
+    p: _Floats,
+    seeds: int,
+    /,
+) -> _Found: ...
+def describe_tangencies(
+    model: Model, t: float, x: _Floats, p: _Floats, /
+) -> list[dict[str, Any]]: ...
+def sliding_boundaries(
+    model: Model, low: _Floats, high: _Floats, p: _Floats, samples: int, seeds: int, /
+) -> _Found: ...
+def equilibria(model: Model, low: _Floats, high: _Floats, p: _Floats, seeds: int, /) -> _Found: ...
+def boundary_equilibria(
+    model: Model,
+    low: _Floats,
+    high: _Floats,
+    p: _Floats,
+    parameter: int,
+    start: float,
+    end: float,
+    seeds: int,
+    /,
+) -> _Found: ...
+def depends_on_time(model: Model, low: _Floats, high: _Floats, p: _Floats, /) -> bool: ...

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from ._diagram import Diagram
     from ._event_map import EventMap
+    from ._sliding_boundary import SlidingBoundary
     from ._trajectory import Trajectory
 
 SLIP = {"color": "#1f5fa8", "linewidth": 1.2, "zorder": 2.2}
@@ -193,6 +194,40 @@ def plot_diagram(
         ax.set_xlabel(diagram.parameter)
     if not ax.get_ylabel():
         ax.set_ylabel("phase (rad)" if y == "phase" else y)
+    return artists
+
+
+def plot_sliding_boundary(
+    boundary: SlidingBoundary, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw a boundary of the sliding region over the phase; see `SlidingBoundary.plot`."""
+    state = boundary.system.state
+    y = state[0] if y is None else y
+    if y not in state:
+        refuse("y", y, f"expected one of {', '.join(map(repr, state))}")
+    row = state.index(y)
+    # both parts of the curve go up to the points between them
+    cuts = [2 * np.pi * point.t / boundary.t[-1] for point in boundary.tangential]
+    at = np.searchsorted(boundary.phase, cuts)
+    phase = np.insert(boundary.phase, at, cuts)
+    values = np.insert(boundary.x[row], at, [point.x[row] for point in boundary.tangential])
+    drift = np.insert(boundary.drift, at, 0.0)
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    name = f"s = {boundary.side:+d}"
+    for sign, line, what in ((1, "-", "slides end"), (-1, "--", "slides go inward")):
+        if (sign * drift > 0).any():
+            style: dict[str, Any] = {"color": SIDES[boundary.side][0], "linestyle": line}
+            style |= {"linewidth": 1.4, "label": f"{name}, {what}"} | artist_kw
+            shown = np.where(sign * drift >= 0, values, np.nan)
+            artists += ax.plot(phase, shown, **style)
+    if cuts:
+        points = [point.x[row] for point in boundary.tangential]
+        artists += ax.plot(cuts, points, label="tangential slide", **BOUNDARY)
+    if not ax.get_xlabel():
+        ax.set_xlabel("phase (rad)")
+    if not ax.get_ylabel():
+        ax.set_ylabel(y)
     return artists
 
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._bounds import Bounds, ranges
 from ._check import integer, number, refuse
+from ._geometry import Tangency, tangencies_at
 from ._system import Params, System
 from ._types import Bools, Floats
 
@@ -22,13 +24,14 @@ class SlidingRegion:
     t: float  #: the time
     pieces: tuple[Floats, ...]  #: curves on the surface, each of shape (2, k)
     boundary: Floats  #: points where a piece ends because |s| = 1, shape (2, m)
+    tangencies: tuple[Tangency, ...]  #: the same points, each with what it is
 
 
 def sliding_region(
     sys: System,
     t: float = 0.0,
     *,
-    bounds: Mapping[str, tuple[float, ...]],
+    bounds: Bounds,
     params: Mapping[str, float] | None = None,
 ) -> SlidingRegion:
     """Find the sliding region of a planar system within a rectangle.
@@ -79,24 +82,14 @@ def sliding_region(
                 parts.append(cuts[:, k : k + 1])
             pieces.append(np.concatenate(parts, axis=1))
     boundary = np.concatenate(edges, axis=1) if edges else np.empty((2, 0))
-    return SlidingRegion(time, tuple(pieces), boundary)
+    kinds = tangencies_at(sys, time, boundary, sys._values(values))
+    return SlidingRegion(time, tuple(pieces), boundary, kinds)
 
 
-def _axes(sys: System, bounds: Mapping[str, tuple[float, ...]]) -> tuple[Floats, Floats]:
-    expected = " and ".join(f"{name!r}: (low, high)" for name in sys.state)
-    if not isinstance(bounds, Mapping):
-        refuse("bounds", bounds, f"expected a mapping with {expected}", TypeError)
-    if set(bounds) != set(sys.state):
-        refuse("bounds", bounds, f"expected a mapping with {expected}")
+def _axes(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:
     axes = []
-    for name in sys.state:
-        span = tuple(bounds[name])
-        if len(span) not in (2, 3):
-            refuse(f"bounds[{name!r}]", span, "expected (low, high) or (low, high, cells)")
-        low, high = (number(f"bounds[{name!r}]", v) for v in span[:2])
-        if not low < high:
-            refuse(f"bounds[{name!r}]", span, "expected low < high")
-        cells = integer(f"bounds[{name!r}][2]", span[2]) if len(span) == 3 else 100
+    for name, (low, high, *rest) in zip(sys.state, ranges(sys, bounds, most=3), strict=True):
+        cells = integer(f"bounds[{name!r}][2]", rest[0]) if rest else 100
         axes.append(np.linspace(low, high, cells + 1))
     return axes[0], axes[1]
 

@@ -103,6 +103,7 @@ inline std::function<void(std::size_t, std::size_t)> progress(const py::object& 
 }
 
 void bind_diagram(py::module_& m);
+void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);
 void bind_maps(py::module_& m);
 void bind_status(py::module_& m);

@@ -25,6 +25,7 @@ PYBIND11_MODULE(_core, m) {
     fpy::bind_diagram(m);
     fpy::bind_orbit(m);
     fpy::bind_maps(m);
+    fpy::bind_geometry(m);
 
     pybind11::dict config;
     config["compiler"] = compiler;

@@ -34,6 +34,10 @@ slope: NDArray[np.float64] = graph.slope
 growth: NDArray[np.float64] = fp.lyapunov(
     fp.models.oscillator, [0.0, 0.0], transient=0, window=20
 ).exponents
+box = {"y": (-9.0, 9.0), "v": (0.0, 2.0)}
+edges: list[fp.Tangency] = fp.tangencies(fp.models.oscillator, bounds=box)
+curve: fp.SlidingBoundary = fp.sliding_boundaries(fp.models.oscillator, bounds=box)[0]
+rest: fp.Equilibrium = fp.equilibria(fp.models.oscillator, bounds=box, params={"A": 0.0})[0]
 wrong: int = run.message  # type: ignore[assignment]
 """
 

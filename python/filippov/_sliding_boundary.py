@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The boundaries of the sliding region over a period of the forcing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _core
+from ._bounds import Bounds, box
+from ._check import integer, refuse
+from ._geometry import Tangency, one_surface, seeds_of, tangency
+from ._status import Status
+from ._system import Params, System
+from ._types import Bools, Floats
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["SlidingBoundary", "sliding_boundaries"]
+
+MOST_SAMPLES = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingBoundary:
+    """One boundary of the sliding region, |s| = 1, over one period of the forcing."""
+
+    side: int  #: whose field is tangent there: -1 (s = -1) or +1 (s = +1)
+    t: Floats  #: times from 0 to the period, shape (k,)
+    phase: Floats  #: the same as phases of the forcing, from 0 to 2 pi
+    x: Floats  #: states, shape (2, k)
+    drift: Floats  #: derivative of |s| along the sliding field: > 0 where slides end
+    visible: Bools  #: that side's solution touches the surface from its own side
+    attracting: Bools  #: the sliding beside it attracts
+    #: where the sliding flow is tangent to the boundary, in order of time: there slides begin to
+    #: end or cease to, and adding-sliding happens
+    tangential: tuple[Tangency, ...]
+    status: Status  #: ok, or `not_converged` if the boundary could not be followed all round
+    message: str  #: the same in words
+    system: System
+    params: Params
+
+    @property
+    def success(self) -> bool:
+        """Whether the boundary was followed all round."""
+        return self.status == Status.ok
+
+    def plot(
+        self, ax: Axes | None = None, *, y: str | None = None, **artist_kw: Any
+    ) -> list[Artist]:
+        """Draw a state component over the phase: solid where slides end, dashed elsewhere.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            The current ones by default.
+        y : str, optional
+            The component, the first by default.
+        **artist_kw
+            For the curve, for instance `color`.
+
+        Returns
+        -------
+        list of artists
+        """
+        from ._plot import plot_sliding_boundary
+
+        return plot_sliding_boundary(self, ax, y, artist_kw)
+
+
+def sliding_boundaries(
+    sys: System,
+    *,
+    bounds: Bounds,
+    params: Mapping[str, float] | None = None,
+    samples: int = 256,
+    seeds: int = 64,
+) -> list[SlidingBoundary]:
+    """Follow the boundaries of the sliding region over a period of the forcing.
+
+    Each tangency within the bounds at phase zero is followed to phase 2 pi, beyond the bounds if it
+    goes there. A boundary that appears later in the period is not seen.
+
+    Parameters
+    ----------
+    sys : System
+        With two state components, one surface and a period; without static friction, with which a
+        slide does not end at |s| = 1.
+    bounds, params, seeds
+        As in `tangencies`.
+    samples : int
+        Steps over the period, at equidistant phases.
+
+    Returns
+    -------
+    list of SlidingBoundary
+        Those where F1 is tangent first.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a fraction of a second of Ctrl-C.
+    """
+    expected = "expected a forced planar System with one surface"
+    one_surface(sys)
+    if sys.dim != 2 or sys.period() is None:
+        refuse("sys", sys.name, expected)
+    if "s_max" in sys.capabilities:
+        refuse("sys", sys.name, "expected a system without static friction")
+    low, high = box(sys, bounds)
+    values = sys._merged(params)
+    steps = integer("samples", samples)
+    if not 8 <= steps <= MOST_SAMPLES:
+        refuse("samples", samples, f"expected an integer from 8 to {MOST_SAMPLES}")
+    run = _core.sliding_boundaries(
+        sys._model, low, high, sys._values(values), steps, seeds_of(seeds)
+    )
+    if run["raised"] is not None:
+        raise run["raised"]
+    return [_boundary(each, sys, values) for each in run["found"]]
+
+
+def _boundary(record: dict[str, Any], sys: System, params: Params) -> SlidingBoundary:
+    period = sys.period(params)
+    side = record["side"]
+    return SlidingBoundary(
+        side=side,
+        t=record["t"],
+        phase=2 * np.pi * record["t"] / period,
+        x=record["x"].T,
+        drift=record["drift"],
+        visible=side * record["second"] > 0,
+        attracting=side * record["other"] > 0,
+        tangential=tuple(tangency(each) for each in record["tangential"]),
+        status=Status(record["status"]),
+        message=record["message"],
+        system=sys,
+        params=params,
+    )
