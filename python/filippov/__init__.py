@@ -19,6 +19,7 @@ from ._event import EventKind
 from ._event_map import EventMap, FixedPoint, event_map
 from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
 from ._lyapunov import Lyapunov, lyapunov
+from ._maps import Mapped, section_map, strobe_map
 from ._orbit import Orbit, OrbitError, periodic_orbit
 from ._simulate import SimulationError, simulate
 from ._sliding_boundary import SlidingBoundary, sliding_boundaries
@@ -37,6 +38,7 @@ __all__ = [
     "EventMap",
     "FixedPoint",
     "Lyapunov",
+    "Mapped",
     "Orbit",
     "OrbitError",
     "Params",
@@ -64,9 +66,11 @@ __all__ = [
     "lyapunov",
     "models",
     "periodic_orbit",
+    "section_map",
     "show_config",
     "simulate",
     "sliding_boundaries",
     "sliding_region",
+    "strobe_map",
     "tangencies",
 ]

@@ -87,6 +87,18 @@ class _Graph(TypedDict):
     evaluations: int
     raised: BaseException | None
 
+class _Mapped(TypedDict):
+    x: _Floats
+    t: _Floats
+    slope: _Floats
+    param_slope: _Floats
+    word: list[str]
+    slides: NDArray[np.int64]
+    singular: NDArray[np.uint8]
+    status: list[str]
+    message: list[str]
+    raised: BaseException | None
+
 class _Found(TypedDict):
     found: list[dict[str, Any]]
     raised: BaseException | None
@@ -326,6 +338,31 @@ def lyapunov(
     batches: int,
     /,
 ) -> _Exponents: ...
+def strobe_map(
+    model: Model,
+    t0: _Floats,
+    x0: _Floats,
+    p: _Floats,
+    active: Sequence[int],
+    rtol: float,
+    atol: float,
+    iterate: int,
+    /,
+) -> _Mapped: ...
+def section_map(
+    model: Model,
+    t0: _Floats,
+    x0: _Floats,
+    p: _Floats,
+    active: Sequence[int],
+    rtol: float,
+    atol: float,
+    iterate: int,
+    kind: int,
+    after: int,
+    max_time: float,
+    /,
+) -> _Mapped: ...
 def tangencies(
     model: Model,
     sides: Sequence[int],

@@ -144,6 +144,110 @@ py::array_t<double> vector(const Vector& v) {
     return as_array(std::vector<double>(v.begin(), v.end()), {v.size()});
 }
 
+// --- strobe and section ------------------------------------------------------------------------
+
+/// What maps of many starts give, one entry each.
+struct MappedColumns {
+    std::vector<double> x, t, slope, param_slope;
+    std::vector<std::string> word, status, message;
+    std::vector<long long> slides;
+    std::vector<unsigned char> singular;
+
+    /// @param by_params  shape (dim + 1, n): derivatives by the parameters that were asked for
+    void add(const Mapped& m, const Matrix& by_params) {
+        x.insert(x.end(), m.x.begin(), m.x.end());
+        t.push_back(m.t);
+        append(slope, m, m.slope);
+        append(param_slope, m, by_params);
+        word.push_back(m.word);
+        status.emplace_back(name(m.status));
+        message.push_back(m.message);
+        slides.push_back(m.slides);
+        singular.push_back(m.singular);
+    }
+    py::dict to_dict(py::ssize_t dim, py::ssize_t params) {
+        const auto n = py::ssize_t(t.size());
+        py::dict d;
+        d["x"] = as_array(std::move(x), {n, dim});
+        d["t"] = as_array(std::move(t), {n});
+        d["slope"] = as_array(std::move(slope), {n, dim + 1, dim + 1});
+        d["param_slope"] = as_array(std::move(param_slope), {n, dim + 1, params});
+        d["word"] = word;
+        d["status"] = status;
+        d["message"] = message;
+        d["slides"] = as_array(std::move(slides), {n});
+        d["singular"] = as_array(std::move(singular), {n});
+        return d;
+    }
+
+private:
+    /// Row by row; the end of a failure is no value of the map and has no derivatives.
+    static void append(std::vector<double>& out, const Mapped& m, const Matrix& slope) {
+        for (Eigen::Index i = 0; i < slope.rows(); ++i)
+            for (Eigen::Index j = 0; j < slope.cols(); ++j)
+                out.push_back(m.ok() ? slope(i, j) : std::numeric_limits<double>::quiet_NaN());
+    }
+};
+
+/// Applies `map(system, t0, x0, p, along)` to all starts, twice and more for more than two
+/// parameters.
+template <class Map>
+py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                 const std::vector<int>& active, double rtol, double atol, Map map) {
+    const auto dim = py::ssize_t(model.facts().dim);
+    expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has shape (k, dim)");
+    expect(t0.size() == x0.shape(0), "t0 has one entry a start");
+    SignalCheck signals;
+    Precision precision{.rtol = rtol, .atol = atol};
+    precision.interrupted = [&signals] { return signals(); };
+    const auto system = model.analysis(precision);
+    expect(system != nullptr, "the system has one surface");
+    const Vector params = Eigen::Map<const Vector>(p.data(), p.size());
+    MappedColumns columns;
+    const auto one = [&](double time, const Vector& start) {
+        Mapped first;
+        Matrix by_params(dim + 1, active.size());
+        for (std::size_t k = 0; k < std::max<std::size_t>(active.size(), 1); k += 2) {
+            Directions along;
+            for (std::size_t i = k; i < std::min(k + 2, active.size()); ++i)
+                along.active[i - k] = active[i];
+            Mapped m = map(*system, time, start, params, along);
+            for (std::size_t i = k; i < std::min(k + 2, active.size()); ++i)
+                by_params.col(Eigen::Index(i)) = m.param_slope.col(Eigen::Index(i - k));
+            if (k == 0)
+                first = std::move(m);
+        }
+        columns.add(first, by_params);
+    };
+    {
+        const py::gil_scoped_release unlocked;
+        for (py::ssize_t k = 0; k < x0.shape(0) && !signals.has_raised(); ++k)
+            one(t0.data()[k], Eigen::Map<const Vector>(x0.data(k, 0), dim));
+    }
+    py::dict d = columns.to_dict(dim, py::ssize_t(active.size()));
+    d["raised"] = signals.raised();
+    return d;
+}
+
+py::dict strobes(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                 const std::vector<int>& active, double rtol, double atol, int iterate) {
+    return map_all(
+        model, t0, x0, p, active, rtol, atol,
+        [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
+            const Directions& along) { return strobe(system, t, x, q, iterate, along); });
+}
+
+py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                  const std::vector<int>& active, double rtol, double atol, int iterate, int kind,
+                  int after, double max_time) {
+    const SectionOf section{static_cast<EventKind>(kind), after};
+    return map_all(model, t0, x0, p, active, rtol, atol,
+                   [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
+                       const Directions& along) {
+                       return section_map(system, section, t, x, q, max_time, iterate, along);
+                   });
+}
+
 py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, double rtol,
                    double atol, double transient, double window, double stretch, int batches) {
     const auto system = model.analysis({.rtol = rtol, .atol = atol});
@@ -179,6 +283,8 @@ void bind_maps(py::module_& m) {
     m.def("lyapunov", &exponents);
     m.def("map_graph", &graph);
     m.def("map_images", &images);
+    m.def("section_map", &sections);
+    m.def("strobe_map", &strobes);
 }
 
 } // namespace filippov::python

@@ -300,6 +300,8 @@ def test_wrong_arguments_are_named(function, arguments, error, words):
         " samples=10**6)",
         "fp.equilibria(fp.models.relay, bounds=dict.fromkeys(['x1', 'x2', 'x3'], (-1, 1)),"
         " seeds=10**6)",
+        "fp.strobe_map(fp.models.oscillator, [0, 0], iterate=10**6)",
+        "fp.section_map(fp.models.oscillator, [0, 0], iterate=10**6)",
     ],
 )
 def test_ctrl_c_stops_at_once(call):

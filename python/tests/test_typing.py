@@ -34,6 +34,8 @@ slope: NDArray[np.float64] = graph.slope
 growth: NDArray[np.float64] = fp.lyapunov(
     fp.models.oscillator, [0.0, 0.0], transient=0, window=20
 ).exponents
+image: fp.Mapped = fp.strobe_map(fp.models.oscillator, [0.0, 0.0], wrt="omega")
+by_omega: NDArray[np.float64] = image.param_slope["omega"]
 box = {"y": (-9.0, 9.0), "v": (0.0, 2.0)}
 edges: list[fp.Tangency] = fp.tangencies(fp.models.oscillator, bounds=box)
 curve: fp.SlidingBoundary = fp.sliding_boundaries(fp.models.oscillator, bounds=box)[0]

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The flow as a map, from a strobe or a section to the next, with derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._check import integer, number, refuse
+from ._event import KIND_NAMES
+from ._geometry import one_surface
+from ._status import Status
+from ._system import Params, System
+from ._types import FloatOrArray, Floats
+
+__all__ = ["Mapped", "section_map", "strobe_map"]
+
+MOST_ITERATES = 1_000_000
+_SECTIONS = ("cross", "enter_sliding", "exit_sliding")
+_ALL = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """Where a map leads, with its derivatives.
+
+    Of one start, or of k starts: then arrays have a last axis of length k, and words, statuses and
+    messages are tuples. A start on the surface has the derivatives of the mode it begins in.
+    """
+
+    x: Floats  #: state there, shape (dim,) or (dim, k); of a failure the last valid one
+    t: FloatOrArray  #: time there
+    #: d(x, t)/d(x0, t0), shape (dim + 1, dim + 1) or (dim + 1, dim + 1, k); NaN where `singular`,
+    #: and of a failure
+    slope: Floats
+    param_slope: dict[str, Floats]  #: d(x, t)/dp by name of p, shape (dim + 1,) or (dim + 1, k)
+    word: str | tuple[str, ...]  #: modes passed through: `-`, `0` and `+`
+    slides: np.int64 | NDArray[np.int64]  #: how many of them slide
+    singular: np.bool_ | NDArray[np.bool_]  #: an event was tangential: there are no derivatives
+    status: Status | tuple[Status, ...]  #: ok, or why there is no image
+    message: str | tuple[str, ...]  #: the same in words, empty for ok
+    system: System
+    params: Params
+
+    @property
+    def success(self) -> bool:
+        """Whether every start has an image."""
+        each = self.status if isinstance(self.status, tuple) else (self.status,)
+        return all(status == Status.ok for status in each)
+
+
+def strobe_map(
+    sys: System,
+    x0: ArrayLike,
+    *,
+    iterate: int = 1,
+    t0: ArrayLike = 0.0,
+    params: Mapping[str, float] | None = None,
+    wrt: str | Sequence[str] = (),
+    rtol: float = 1e-12,
+    atol: float = 1e-13,
+) -> Mapped:
+    """Map a state to the one `iterate` forcing periods later.
+
+    Parameters
+    ----------
+    sys : System
+        With one surface and a period.
+    x0 : array, shape (dim,) or (dim, k)
+        One start or several.
+    iterate : int
+        Number of periods.
+    t0 : float or array, shape (k,)
+        Time of the start.
+    params : mapping, optional
+        Parameter values by name that replace `sys.params`.
+    wrt : str or sequence of str
+        Parameters with respect to which `param_slope` is wanted. More than two cost further runs.
+    rtol, atol : float
+        Tolerances of the flow.
+
+    Returns
+    -------
+    Mapped
+        A status for each start. The end moves with the start and with the period: a derivative by a
+        parameter that the period depends on says so.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a fraction of a second of Ctrl-C.
+    """
+    one_surface(sys)
+    if sys.period() is None:
+        refuse("sys", sys.name, "expected a forced System with one surface")
+    task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
+    return task.result(_core.strobe_map(*task.arguments()))
+
+
+def section_map(
+    sys: System,
+    x0: ArrayLike,
+    section: str = "exit_sliding",
+    *,
+    after: int | None = None,
+    iterate: int = 1,
+    t0: ArrayLike = 0.0,
+    max_time: float | None = None,
+    params: Mapping[str, float] | None = None,
+    wrt: str | Sequence[str] = (),
+    rtol: float = 1e-12,
+    atol: float = 1e-13,
+) -> Mapped:
+    """Map a state to state and time at the next event of a kind, `iterate` times.
+
+    Parameters
+    ----------
+    sys : System
+        With one surface.
+    x0 : array, shape (dim,) or (dim, k)
+        One start or several. An event that a run starts at does not count.
+    section : str
+        "exit_sliding", "enter_sliding" or "cross".
+    after : int, optional
+        Only events that lead to this mode: -1, 0 or +1. `"exit_sliding", after=-1` are the exits at
+        s = -1.
+    iterate : int
+        Which of the events.
+    t0 : float or array, shape (k,)
+        Time of the start.
+    max_time : float, optional
+        How long to wait for each event, by default 50 forcing periods, or 1000 units of time for a
+        system that has none.
+    params, wrt, rtol, atol
+        As in `strobe_map`.
+
+    Returns
+    -------
+    Mapped
+        A status for each start, `escaped` where no such event comes. Derivatives are those of state
+        and time at the event.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a fraction of a second of Ctrl-C.
+    """
+    one_surface(sys)
+    if str(section) not in _SECTIONS:
+        refuse("section", section, f"expected one of {', '.join(map(repr, _SECTIONS))}")
+    if after not in (None, -1, 0, 1):
+        refuse("after", after, "expected a mode, -1, 0 or +1, or None for all")
+    task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
+    if max_time is None:
+        period = sys.period(task.params)
+        longest = 1000.0 if period is None else 50 * period
+    else:
+        longest = number("max_time", max_time, "expected a finite number > 0", above=0.0)
+    kind = KIND_NAMES.index(str(section))
+    run = _core.section_map(*task.arguments(), kind, _ALL if after is None else after, longest)
+    return task.result(run)
+
+
+class _Task:
+    """What both maps are told, checked."""
+
+    def __init__(
+        self,
+        sys: System,
+        x0: ArrayLike,
+        t0: ArrayLike,
+        params: Mapping[str, float] | None,
+        wrt: str | Sequence[str],
+        rtol: float,
+        atol: float,
+        iterate: int,
+    ) -> None:
+        self.system = sys
+        self.params = sys._merged(params)
+        self.wrt = _names(sys, wrt)
+        self.t0, self.x0, self.single = _starts(sys, t0, x0)
+        self.rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
+        self.atol = number("atol", atol, "expected a finite number > 0", above=0.0)
+        self.iterate = integer("iterate", iterate)
+        if self.iterate > MOST_ITERATES:
+            refuse("iterate", iterate, f"expected an integer from 1 to {MOST_ITERATES}")
+
+    def arguments(
+        self,
+    ) -> tuple[_core.Model, Floats, Floats, Floats, list[int], float, float, int]:
+        """Give what the core takes first."""
+        names = list(self.params)
+        active = [names.index(name) for name in self.wrt]
+        values = self.system._values(self.params)
+        model = self.system._model
+        return model, self.t0, self.x0, values, active, self.rtol, self.atol, self.iterate
+
+    def result(self, run: _core._Mapped) -> Mapped:
+        """Shape what the core gives: without the axis of starts if there was one."""
+        if run["raised"] is not None:
+            raise run["raised"]
+
+        slopes = run["param_slope"]
+        columns: dict[str, Any] = {
+            "x": run["x"],
+            "t": run["t"],
+            "slope": run["slope"],
+            "slides": run["slides"],
+            "singular": run["singular"].astype(np.bool_),
+            "word": tuple(run["word"]),
+            "status": tuple(Status(name) for name in run["status"]),
+            "message": tuple(run["message"]),
+        }
+        by_name = {name: slopes[:, :, k] for k, name in enumerate(self.wrt)}
+        return Mapped(
+            **{name: self._shaped(column) for name, column in columns.items()},
+            param_slope={name: self._shaped(column) for name, column in by_name.items()},
+            system=self.system,
+            params=self.params,
+        )
+
+    def _shaped(self, column: Any) -> Any:  # noqa: ANN401 - an array or a tuple
+        if self.single:
+            return column[0]
+        return np.moveaxis(column, 0, -1) if isinstance(column, np.ndarray) else column
+
+
+def _names(sys: System, wrt: str | Sequence[str]) -> list[str]:
+    names = [wrt] if isinstance(wrt, str) else list(wrt)
+    for name in names:
+        if name not in sys.params:
+            refuse("wrt", wrt, f"expected names among {', '.join(sys.params) or 'none'}")
+    if len(set(names)) != len(names):
+        refuse("wrt", wrt, "expected each name once")
+    return names
+
+
+def _starts(sys: System, t0: ArrayLike, x0: ArrayLike) -> tuple[Floats, Floats, bool]:
+    """Shape times and states as the core takes them, and say whether it is one start."""
+    shape = f"expected finite numbers, shape ({sys.dim},) or ({sys.dim}, k)"
+    points = _finite("x0", x0, f"{shape} for ({', '.join(sys.state)})")
+    times = _finite("t0", t0, "expected a finite number, or one for each start")
+    if points.ndim == 0 and sys.dim == 1:
+        points = points.reshape(1)
+    if points.ndim not in (1, 2) or points.shape[0] != sys.dim:
+        refuse("x0", points, f"{shape} for ({', '.join(sys.state)}), got shape {points.shape}")
+    if times.ndim > 1:
+        refuse("t0", times, f"expected a number or shape (k,), got shape {times.shape}")
+    single = points.ndim == 1 and times.ndim == 0
+    if points.ndim == 1:
+        points = np.broadcast_to(points[:, None], (sys.dim, times.size))
+    count = points.shape[1]
+    if times.ndim == 1 and times.size != count:
+        refuse("t0", times, f"expected one time or one for each of {count} starts")
+    times = np.ascontiguousarray(np.broadcast_to(times, (count,)))
+    return times, np.ascontiguousarray(points.T), single
+
+
+def _finite(name: str, value: ArrayLike, expected: str) -> Floats:
+    try:
+        raw = np.asarray(value)
+        if raw.dtype.kind not in "fiu":
+            raise TypeError
+    except (TypeError, ValueError):
+        refuse(name, value, expected, TypeError)
+    array = raw.astype(np.float64)
+    if not np.isfinite(array).all():
+        refuse(name, value, expected)
+    return array
