@@ -54,6 +54,11 @@ Mat<double, dim_v<Sys>, dim_v<Sys>> monodromy(const Sys& sys, const Params<Sys, 
     return derivatives<D, N, N>(r.x);
 }
 
+/// Ends a run at the first event of a kind.
+template <EventKind K> struct EndsAt : Nothing {
+    bool ends_at(const Event<double, 2, 1>& e) { return e.kind == K; }
+};
+
 Mat<double, 2, 2> rotation(double t) {
     Mat<double, 2, 2> r;
     r << std::cos(t), std::sin(t), -std::sin(t), std::cos(t);
@@ -311,4 +316,46 @@ TEST_CASE("H37: the derivative at a grazing contact is reported singular", "[var
     for (int i = 0; i < 2; ++i)
         for (std::size_t k = 0; k < 2; ++k)
             CHECK(std::isnan(touching.x[i].d[k]));
+}
+
+TEST_CASE("variation: the end at an event does not depend on sections passed before",
+          "[variation]") {
+    using D = Dual<double, 2>;
+    const models::DieciLopez sys;
+    const auto p = constant<D>(default_params<models::DieciLopez>());
+    const auto settings = tolerance<2>(1e-12);
+    EndsAt<EventKind::exit_sliding> ends;
+    const auto x0 = seeded<D>(Vec<double, 2>(0, 0));
+    const auto plain = flow<DormandPrince8>(sys, p, x0, D(0), D(20), settings, ends);
+    const auto half = [](const auto&, const auto& x, const auto&) { return x[1] - 0.1; };
+    const auto watched = flow<DormandPrince8>(sys, p, x0, D(0), D(20), settings, ends,
+                                              sections(Section<decltype(half)>{half}));
+    REQUIRE(plain.run.status == Status::event);
+    REQUIRE(watched.run.status == Status::event);
+    for (std::size_t k = 0; k < 2; ++k) {
+        CHECK(std::abs(plain.t.d[k]) > 1);
+        CHECK(watched.t.d[k] == Approx(plain.t.d[k]).epsilon(1e-9));
+        CHECK(watched.x[0].d[k] == Approx(plain.x[0].d[k]).margin(1e-9));
+    }
+}
+
+TEST_CASE("H37: a run that ends where it grazes is there, without a derivative",
+          "[variation][hard]") {
+    const models::Oscillator sys;
+    auto p = default_params<models::Oscillator>();
+    p[0] = 0;
+    using D = Dual<double, 2>;
+    const auto settings = tolerance<2>(1e-9);
+    Nothing nothing;
+    const Vec<double, 2> top(4, 1 - 1e-10);
+    const auto back = flow<DormandPrince8>(sys, p, top, 0.0, -0.3, settings, nothing);
+    EndsAt<EventKind::graze> grazed;
+    const auto end = flow<DormandPrince8>(sys, constant<D>(p), seeded<D>(back.x), D(0), D(0.6),
+                                          settings, grazed);
+    CHECK(end.run.status == Status::event);
+    CHECK(end.t.v == Approx(0.3).epsilon(1e-6));
+    CHECK(end.x[0].v == Approx(4).epsilon(1e-6));
+    CHECK(end.singular);
+    CHECK(std::isnan(end.t.d[0]));
+    CHECK(std::isnan(end.x[0].d[0]));
 }

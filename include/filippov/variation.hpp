@@ -255,6 +255,8 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
     using R = Real<D>;
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
     int section = -1; // the last one met
+    // what `ends_at` ended the run at: a change of mode, or an event without one
+    bool passed = false, touched = false;
     VariedResult<D, N, M> result;
     Listener<R, N, M> listener;
     listener.step = [&](const auto& step, [[maybe_unused]] const auto& path) {
@@ -270,20 +272,27 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
         observer.on_event(event);
     };
     if constexpr (requires(const Event<R, N, M>& event) { observer.ends_at(event); })
-        listener.ends = [&](const auto& event) { return observer.ends_at(event); };
+        listener.ends = [&](const auto& event) {
+            const bool over = observer.ends_at(event);
+            if (over && event.kind != EventKind::section) {
+                touched = event.mode_before == event.mode_after;
+                passed = !touched;
+            }
+            return over;
+        };
     if constexpr (requires { observer.interrupted(); })
         listener.stop = [&] { return observer.interrupted(); };
     result.run = flow<Tableau>(sys, values_of(p), values_of(x0), value_of(t0), value_of(t_end),
                                settings, listener, watched, known_start);
     const bool at_event = result.run.status == Status::event;
     variation.follow(result.run.clock, result.run.mode);
-    if (at_event && section < 0) {
+    if (at_event && passed) {
         result.t = variation.last().t;
         result.x = variation.last().x;
     } else {
         result.t = result.run.status == Status::ok ? D(t_end) : D(result.run.t);
         if constexpr (Sec::capacity > 0)
-            if (at_event)
+            if (at_event && !touched)
                 result.t += variation.delay_of(
                     result.run.clock, [&](const auto& t, const auto& x, const auto& q) {
                         using S = std::remove_cvref_t<decltype(t)>;
@@ -292,7 +301,8 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
                     });
         result.x = variation.state_at(result.run.clock, result.t);
     }
-    result.singular = result.singular || variation.singular();
+    // a neighbour of a solution that touches has no such event
+    result.singular = result.singular || variation.singular() || touched;
     if (result.singular) {
         detail::make_singular(result.t);
         for (D& v : result.x)
