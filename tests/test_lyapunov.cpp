@@ -131,10 +131,9 @@ TEST_CASE("lyapunov: a run that fails says why, and can be stopped", "[lyapunov]
     CHECK_FALSE(l.message.empty());
     CHECK(std::isnan(l.exponents[0]));
 
-    const auto good = oscillator_system();
     int asked = 0;
-    const Lyapunov stopped =
-        lyapunov(*good, p, Vector::Zero(2), {.interrupted = [&] { return ++asked > 5; }});
+    const auto good = oscillator_system({.interrupted = [&] { return ++asked > 5; }});
+    const Lyapunov stopped = lyapunov(*good, p, Vector::Zero(2));
     CHECK(stopped.status == Status::interrupted);
 }
 

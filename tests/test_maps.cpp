@@ -468,7 +468,8 @@ TEST_CASE("map_graph: work is bounded, and can be stopped", "[maps]") {
     CHECK(few.status == Status::max_steps);
     CHECK(few.evaluations <= 110);
     int asked = 0;
-    const TransitionMap map(*block(), p, {.interrupted = [&] { return ++asked > 50; }});
+    const auto system = oscillator_system({.interrupted = [&] { return ++asked > 50; }});
+    const TransitionMap map(*system, p);
     CHECK(map_graph(map).status == Status::interrupted);
 }
 

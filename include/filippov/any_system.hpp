@@ -76,7 +76,6 @@ struct Leg {
     double t_end = 0;
     int boundary = 0; ///< it starts at the end of a slide, at s = -1 or +1; 0: nothing is known
     std::function<bool(const Happening&)> ends{}; ///< asked at every event; may be empty
-    std::function<bool()> interrupted{};          ///< asked now and then; may be empty
 };
 
 /// What came of it, with derivatives.
@@ -361,7 +360,7 @@ public:
     Journey journey(const Leg& leg, const Vector& p, const Directions& along) const override {
         using D = Dual<double, flow_directions>;
         Journey journey;
-        Traveller traveller{leg, journey};
+        Traveller traveller{*this, leg, journey};
         KnownStart<1> known;
         if (leg.boundary != 0)
             known.guard = leg.boundary < 0 ? Guard<1>::below(0) : Guard<1>::above(0);
@@ -396,6 +395,7 @@ private:
     /// Observer of a journey.
     struct Traveller {
         static constexpr bool wants_steps = false;
+        const ErasedSystem& system;
         const Leg& leg;
         Journey& journey;
 
@@ -409,7 +409,7 @@ private:
             journey.slides += mode == 0;
         }
         bool ends_at(const Event<double, N, 1>& e) { return leg.ends && leg.ends(happening(e)); }
-        bool interrupted() { return leg.interrupted && leg.interrupted(); }
+        bool interrupted() { return system.interrupted(); }
     };
     static Happening happening(const Event<double, N, 1>& e) {
         return {e.kind, e.t, e.x_left, e.mode_before[0], e.mode_after[0], e.s};

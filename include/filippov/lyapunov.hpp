@@ -20,11 +20,10 @@ namespace filippov {
 /// How exponents are computed. Times are in forcing periods, or in units of time if the system is
 /// autonomous.
 struct LyapunovSettings {
-    double transient = 1000;             ///< before the window, >= 0
-    double window = 1000;                ///< over which growth is averaged, > 0
-    double stretch = 1;                  ///< between orthonormalisations, > 0
-    int batches = 20;                    ///< whose means make the error bar, >= 2
-    std::function<bool()> interrupted{}; ///< asked now and then; may be empty
+    double transient = 1000; ///< before the window, >= 0
+    double window = 1000;    ///< over which growth is averaged, > 0
+    double stretch = 1;      ///< between orthonormalisations, > 0
+    int batches = 20;        ///< whose means make the error bar, >= 2
 };
 
 /// Lyapunov exponents over a window.
@@ -108,10 +107,11 @@ private:
         result_.message = why;
         return false;
     }
-    /// Follows the solution, without derivatives, in runs that can be interrupted between them.
+    /// Follows the solution, without derivatives, in runs of finite length: their clock stays
+    /// exact.
     bool settle(double duration) {
         for (double left = duration; left > 0;) {
-            if (settings_.interrupted && settings_.interrupted())
+            if (system_.interrupted())
                 return ended(Status::interrupted, std::string(message(Status::interrupted)));
             const double span = std::min(left, 20 * settings_.stretch);
             const History h = system_.run(phase_ * unit_, x_, (phase_ + span) * unit_, p_);
@@ -132,14 +132,11 @@ private:
 
     /// One stretch: the frame goes along and is made orthonormal; its growth is kept.
     bool advance(std::vector<Vector>* growth) {
-        if (settings_.interrupted && settings_.interrupted())
+        if (system_.interrupted())
             return ended(Status::interrupted, std::string(message(Status::interrupted)));
         const double t0 = phase_ * unit_;
-        const Journey j = system_.journey({.t0 = t0,
-                                           .x = x_,
-                                           .t_end = t0 + settings_.stretch * unit_,
-                                           .interrupted = settings_.interrupted},
-                                          p_, {});
+        const Journey j =
+            system_.journey({.t0 = t0, .x = x_, .t_end = t0 + settings_.stretch * unit_}, p_, {});
         if (!ended(j.status, j.message))
             return false;
         const int d = system_.dim();

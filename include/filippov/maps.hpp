@@ -101,7 +101,6 @@ inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const
     const PeriodJet T = detail::require_period(system, p, along);
     const int d = system.dim();
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * T.value};
-    leg.interrupted = [&system] { return system.interrupted(); };
     const Journey journey = system.journey(leg, p, along);
     Mapped m = detail::mapped(system, journey);
     // The end is a period after the start, and moves with it and with the period.
@@ -149,7 +148,6 @@ inline Mapped section_map(const AnySystem& system, const SectionOf& section, dou
         detail::refuse("max_time", max_time, "expected a finite number > 0");
     int left = iterate;
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * max_time};
-    leg.interrupted = [&system] { return system.interrupted(); };
     leg.ends = [&](const Happening& e) {
         const bool counts =
             e.kind == section.kind && (section.after == 2 || section.after == e.after);
@@ -202,7 +200,6 @@ struct Image {
 struct TransitionSettings {
     double max_periods = 50; ///< forcing periods to wait for a transition, > 0
     Vector guess{};          ///< a point near the exit curves at phase 0; empty: the origin
-    std::function<bool()> interrupted{}; ///< asked now and then; may be empty
 };
 
 /// P_trans of a forced planar system: from one transition from stick to slip to the next.
@@ -227,7 +224,7 @@ public:
     const Vector& params() const { return p_; }
     double period() const { return T_; }
     double time_of(double phase) const { return phase / turn * T_; }
-    bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
+    bool interrupted() const { return system_->interrupted(); }
 
     static constexpr double turn = 2 * std::numbers::pi;
     /// The same phase in [0, 2 pi).
@@ -384,7 +381,6 @@ private:
         const double t0 = time_of(from.phase);
         Leg leg{.t0 = t0, .x = exit->x, .t_end = t0 + settings_.max_periods * T_};
         leg.boundary = from.boundary;
-        leg.interrupted = settings_.interrupted;
         int after = 0;
         leg.ends = [&](const Happening& e) {
             after = e.after;

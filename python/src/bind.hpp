@@ -102,6 +102,26 @@ inline std::function<void(std::size_t, std::size_t)> progress(const py::object& 
     };
 }
 
+/// A system for analysis that stops at signals, and one that does not: for what is left to do with
+/// results that are finished.
+struct Analysis {
+    SignalCheck signals;
+    std::shared_ptr<const AnySystem> system, unstoppable;
+
+    explicit Analysis(const Model& model, Precision precision = {}) {
+        unstoppable = model.analysis(precision);
+        precision.interrupted = [this] { return signals(); };
+        system = model.analysis(precision);
+        expect(system != nullptr, "the system has one surface");
+    }
+    Analysis(const Analysis&) = delete;
+    Analysis& operator=(const Analysis&) = delete;
+};
+
+inline Vector vector_of(const Array<double>& a) {
+    return Eigen::Map<const Vector>(a.data(), a.size());
+}
+
 void bind_diagram(py::module_& m);
 void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);

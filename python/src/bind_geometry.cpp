@@ -11,25 +11,15 @@ namespace {
 
 using Doubles = Array<double>;
 
-Vector vector_of(const Doubles& a) { return Eigen::Map<const Vector>(a.data(), a.size()); }
 std::vector<double> list_of(const Vector& x) { return {x.begin(), x.end()}; }
 
 /// A system that stops at signals, and where to look.
-struct Search {
-    SignalCheck signals;
-    std::shared_ptr<const AnySystem> system;
+struct Search : Analysis {
     StateBox box;
     Vector p;
 
     Search(const Model& model, const Doubles& low, const Doubles& high, const Doubles& params)
-        : box{vector_of(low), vector_of(high)}, p(vector_of(params)) {
-        Precision precision;
-        precision.interrupted = [this] { return signals(); };
-        system = model.analysis(precision);
-        expect(system != nullptr, "the system has one surface");
-    }
-    Search(const Search&) = delete;
-    Search& operator=(const Search&) = delete;
+        : Analysis(model), box{vector_of(low), vector_of(high)}, p(vector_of(params)) {}
 
     /// What `find` gives, without the lock.
     template <class Find> auto operator()(Find find) const {

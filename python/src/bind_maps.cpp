@@ -15,27 +15,24 @@ class Mapping {
 public:
     Mapping(const Model& model, const Doubles& p, double rtol, double atol, double max_periods,
             const std::optional<Doubles>& guess)
-        : system_(model.analysis({.rtol = rtol, .atol = atol})) {
-        expect(system_ != nullptr, "one surface");
+        : analysis_(model, {.rtol = rtol, .atol = atol}) {
         expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
         TransitionSettings settings;
         settings.max_periods = max_periods;
-        settings.interrupted = [this] { return signals_(); };
         if (guess) {
             expect(guess->size() == model.facts().dim, "guess has dim entries");
-            settings.guess = Eigen::Map<const Vector>(guess->data(), guess->size());
+            settings.guess = vector_of(*guess);
         }
-        map_.emplace(*system_, Eigen::Map<const Vector>(p.data(), p.size()), std::move(settings));
+        map_.emplace(*analysis_.system, vector_of(p), std::move(settings));
     }
     Mapping(const Mapping&) = delete;
     Mapping& operator=(const Mapping&) = delete;
 
     const TransitionMap& operator*() const { return *map_; }
-    py::object raised() const { return signals_.raised(); }
+    py::object raised() const { return analysis_.signals.raised(); }
 
 private:
-    std::shared_ptr<const AnySystem> system_;
-    SignalCheck signals_;
+    Analysis analysis_;
     std::optional<TransitionMap> map_;
 };
 
@@ -197,12 +194,8 @@ py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const
     const auto dim = py::ssize_t(model.facts().dim);
     expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has shape (k, dim)");
     expect(t0.size() == x0.shape(0), "t0 has one entry a start");
-    SignalCheck signals;
-    Precision precision{.rtol = rtol, .atol = atol};
-    precision.interrupted = [&signals] { return signals(); };
-    const auto system = model.analysis(precision);
-    expect(system != nullptr, "the system has one surface");
-    const Vector params = Eigen::Map<const Vector>(p.data(), p.size());
+    const Analysis analysis(model, {.rtol = rtol, .atol = atol});
+    const Vector params = vector_of(p);
     MappedColumns columns;
     const auto one = [&](double time, const Vector& start) {
         Mapped first;
@@ -211,7 +204,7 @@ py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const
             Directions along;
             for (std::size_t i = k; i < std::min(k + 2, active.size()); ++i)
                 along.active[i - k] = active[i];
-            Mapped m = map(*system, time, start, params, along);
+            Mapped m = map(*analysis.system, time, start, params, along);
             for (std::size_t i = k; i < std::min(k + 2, active.size()); ++i)
                 by_params.col(Eigen::Index(i)) = m.param_slope.col(Eigen::Index(i - k));
             if (k == 0)
@@ -221,11 +214,11 @@ py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const
     };
     {
         const py::gil_scoped_release unlocked;
-        for (py::ssize_t k = 0; k < x0.shape(0) && !signals.has_raised(); ++k)
+        for (py::ssize_t k = 0; k < x0.shape(0) && !analysis.signals.has_raised(); ++k)
             one(t0.data()[k], Eigen::Map<const Vector>(x0.data(k, 0), dim));
     }
     py::dict d = columns.to_dict(dim, py::ssize_t(active.size()));
-    d["raised"] = signals.raised();
+    d["raised"] = analysis.signals.raised();
     return d;
 }
 
@@ -250,17 +243,13 @@ py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, cons
 
 py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, double rtol,
                    double atol, double transient, double window, double stretch, int batches) {
-    const auto system = model.analysis({.rtol = rtol, .atol = atol});
-    expect(system != nullptr, "one surface");
-    SignalCheck signals;
-    LyapunovSettings settings{
+    const Analysis analysis(model, {.rtol = rtol, .atol = atol});
+    const LyapunovSettings settings{
         .transient = transient, .window = window, .stretch = stretch, .batches = batches};
-    settings.interrupted = [&signals] { return signals(); };
     Lyapunov l;
     {
         const py::gil_scoped_release unlocked;
-        l = lyapunov(*system, Eigen::Map<const Vector>(p.data(), p.size()),
-                     Eigen::Map<const Vector>(x0.data(), x0.size()), settings);
+        l = lyapunov(*analysis.system, vector_of(p), vector_of(x0), settings);
     }
     py::dict d;
     d["exponents"] = vector(l.exponents);
@@ -273,7 +262,7 @@ py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, doub
     d["x"] = vector(l.x);
     d["status"] = std::string(name(l.status));
     d["message"] = l.message;
-    d["raised"] = signals.raised();
+    d["raised"] = analysis.signals.raised();
     return d;
 }
 

@@ -16,7 +16,6 @@ namespace {
 using Doubles = Array<double>;
 using Multipliers = std::vector<std::complex<double>>;
 
-Vector vector_of(const Doubles& a) { return Eigen::Map<const Vector>(a.data(), a.size()); }
 void append(std::vector<double>& out, const Vector& x) {
     out.insert(out.end(), x.begin(), x.end());
 }
@@ -26,23 +25,6 @@ py::array_t<double> array_of(const Vector& x) {
 py::array_t<std::complex<double>> array_of(const Multipliers& m) {
     return as_array(Multipliers(m), {py::ssize_t(m.size())});
 }
-
-/// A system for analysis that stops at signals, and one that does not: for what is left to do with
-/// results that are finished.
-struct Analysis {
-    SignalCheck signals;
-    std::shared_ptr<const AnySystem> system, unstoppable;
-
-    Analysis(const Model& model, double rtol, double atol, long long max_steps) {
-        Precision precision{.rtol = rtol, .atol = atol, .max_steps = max_steps};
-        unstoppable = model.analysis(precision);
-        precision.interrupted = [this] { return signals(); };
-        system = model.analysis(precision);
-        expect(system != nullptr, "the system has one surface");
-    }
-    Analysis(const Analysis&) = delete;
-    Analysis& operator=(const Analysis&) = delete;
-};
 
 /// Cycles, one after the other.
 struct CycleColumns {
@@ -152,7 +134,7 @@ py::dict to_dict(const Model& model, const AnySystem& system, const Orbit& orbit
 template <class Search>
 py::dict searched(const Model& model, double rtol, double atol, long long max_steps,
                   Search search) {
-    Analysis analysis(model, rtol, atol, max_steps);
+    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     Orbit orbit;
     {
         const py::gil_scoped_release unlocked;
@@ -272,7 +254,7 @@ py::dict traced(const Model& model, const py::tuple& cycle, int parameter, doubl
     expect(parameter >= 0 && std::size_t(parameter) < model.facts().params.size(),
            "parameter is an index");
     const Cycle start = cycle_from(model, cycle);
-    Analysis analysis(model, rtol, atol, max_steps);
+    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     BranchSettings settings = steps(first_step, max_step, max_points);
     if (const auto call = progress(show, analysis.signals))
         settings.progress = [=](std::size_t points) { call(points, 2 * std::size_t(max_points)); };
@@ -309,7 +291,7 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
     point.node = std::size_t(std::max(node, 0));
     point.side = side;
     const Box box = box_of(model, parameters, low, high);
-    Analysis analysis(model, rtol, atol, max_steps);
+    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     std::vector<Curve> curves;
     {
         const py::gil_scoped_release unlocked;
@@ -341,7 +323,7 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
     search.orbit.transient = transient;
     search.orbit.window = window;
     search.steps = steps(first_step, max_step, max_points);
-    Analysis analysis(model, rtol, atol, max_steps);
+    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     BifurcationSet set;
     {
         const py::gil_scoped_release unlocked;
