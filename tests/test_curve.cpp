@@ -169,3 +169,31 @@ TEST_CASE("bifurcation_set: figures 4.11 and 4.13 from the model and a rectangle
     CHECK(count(cusp, Kind::fold) == 1); // both folds are one curve, through the cusp
     CHECK(cusp.corrections < 100'000);
 }
+
+TEST_CASE("curve: both halves of a symmetric orbit bifurcate all along it", "[curve]") {
+    const auto relay = relay_system();
+    const auto settled = [&](double omega, double zeta) {
+        Vector p = relay->defaults(), x(3);
+        p << zeta, omega, 1, 1, -2, 1;
+        x << 0, 0.5, 0;
+        const Orbit orbit = settle(*relay, p, x);
+        REQUIRE(orbit.status == Status::ok);
+        return orbit.cycle;
+    };
+    const Branch branch = BranchTracer(*relay, 1, 9.5, 11).trace(settled(10, 0.05));
+    REQUIRE(branch.special.size() == 2);
+    const Box box{{1, 0}, {9.5, 0.005}, {11, 0.1}};
+    for (const SpecialPoint& s : branch.special) {
+        REQUIRE(s.kind == Kind::adding_sliding);
+        const Curve curve = CurveTracer(*relay, box).trace(curve_start(s));
+        CAPTURE(s.side, curve.begin, curve.end);
+        CHECK(curve.begin == "bound of the parameters");
+        CHECK(curve.end == "bound of the parameters");
+        CHECK(curve.special.empty());
+        for (const std::size_t i : {std::size_t(1), curve.points.size() / 2}) {
+            const Vector& p = curve.points[i].cycle.p;
+            CHECK(settled(p[1] - 2e-3, p[0]).word.string() == "0-0-0+0+");
+            CHECK(settled(p[1] + 2e-3, p[0]).word.string() == "0-0-0-0+0+0+");
+        }
+    }
+}

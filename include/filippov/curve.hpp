@@ -101,6 +101,8 @@ private:
         std::shared_ptr<Shooting> shooting;
         std::optional<Arclength> curve;
         Vector z, t;
+        std::vector<Test>
+            twins; ///< what vanishes at the start as well, in a symmetric orbit's half
 
         Cycle cycle(const Vector& u) const { return shooting->unpack(u.head(shooting->columns())); }
         double parameter(const Vector& u, std::size_t k) const {
@@ -132,6 +134,9 @@ private:
         if (!p.curve->tangent_at(p.z, Vector::Unit(p.z.size(), p.shooting->rows()), p.t))
             return std::nullopt;
         p.t *= orientation(start, p) * direction;
+        for (const Test& test : other_tests(p, p.z))
+            if (std::abs(test.value) < 1e-9 && test.what != Test::What::duration)
+                p.twins.push_back(test);
         return p;
     }
     /// +1 if the tangent leads away from a point of codimension two, into the curve's own side.
@@ -327,6 +332,13 @@ private:
         }
         return special;
     }
+    /// True at a cusp: the parameters stand still while the orbit moves on. (The determinant of the
+    /// test also changes its sign where a second multiplier reaches 1.)
+    static bool parameters_pause(const Place& here, const Located& at) {
+        const auto first = here.shooting->rows();
+        const Vector t = here.curve->tangent(at.J, here.t);
+        return t.segment(first, 2).norm() < 1e-3 * here.t.segment(first, 2).norm();
+    }
     /// True if the curve ends there.
     bool second_order_point(const Place& here, double ds, double before, double after,
                             Branch& curve) {
@@ -338,6 +350,8 @@ private:
         if (!at.ok())
             return false;
         if (here.kind == Kind::fold) {
+            if (!parameters_pause(here, at))
+                return false;
             SpecialPoint cusp = special_at(here, at, Kind::cusp);
             cusp.conditions = {{"w.F_uu v v", second_order_test(here, at.z)}};
             cusp.multipliers = floquet(system_, cusp.cycle);
@@ -392,12 +406,25 @@ private:
         curve.special.push_back(special);
     }
 
-    std::vector<Test> failures(const Place& here, const Vector& z) const {
-        std::vector<Test> failed;
-        for (const Test& test : tests(system_, here.cycle(z))) {
+    /// The tests of a cycle but for the place's own, minima near zero to full accuracy.
+    std::vector<Test> other_tests(const Place& here, const Vector& z) const {
+        const Cycle c = here.cycle(z);
+        std::vector<Test> others;
+        for (const Test& test : tests(system_, c)) {
             const bool own = is_sliding(here.kind) && test.what == Test::What::far_side &&
                              test.i == here.condition.node;
-            if (!own && !(test.value > -1e-11))
+            if (!own)
+                others.push_back(std::abs(test.value) < 1e-5 ? polished(c, test) : test);
+        }
+        return others;
+    }
+    std::vector<Test> failures(const Place& here, const Vector& z) const {
+        std::vector<Test> failed;
+        for (const Test& test : other_tests(here, z)) {
+            const bool twin = std::any_of(here.twins.begin(), here.twins.end(), [&](const Test& t) {
+                return t.what == test.what && t.i == test.i && t.least.side == test.least.side;
+            });
+            if (!(test.value > (twin ? -1e-8 : -1e-11)))
                 failed.push_back(test);
         }
         return failed;
