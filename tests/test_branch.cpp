@@ -312,3 +312,71 @@ TEST_CASE("branch: Neimark-Sacker where the damping changes its sign", "[branch]
         CHECK(point.stable() == (point.cycle.p[0] > 0));
     }
 }
+
+TEST_CASE("branch: nothing is missed in the last step before a bound", "[branch]") {
+    const Traced low = trace(5, 1.72, 1.65, 3.2), none = trace(5, 1.72, 1.6572506, 1.8);
+    CHECK(low.find(Kind::crossing_sliding, 1.657) != nullptr);
+    CHECK(none.branch.special.empty());
+    for (const Traced* traced : {&low, &none})
+        for (const BranchPoint* end :
+             {&traced->branch.points.front(), &traced->branch.points.back()}) {
+            const Orbit orbit = settle(*traced->system, end->cycle.p, end->cycle.x[0]);
+            CHECK(orbit.cycle.word.string() == end->cycle.word.string());
+        }
+    // a flip within the last step: at A = 2.45 the orbit is unstable
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 3;
+    p[1] = 1.72;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    const Branch branch = BranchTracer(*system, 0, 2.45, 3.5).trace(orbit.cycle);
+    REQUIRE(branch.special.size() == 1);
+    CHECK(branch.special[0].kind == Kind::flip);
+    CHECK(branch.special[0].cycle.p[0] == Approx(2.456262616).epsilon(1e-9));
+    CHECK_FALSE(branch.points.front().stable());
+    CHECK(branch.points.back().stable());
+}
+
+TEST_CASE("branch: different bifurcations within one step", "[branch]") {
+    // near the degenerate point a slip is born in the slide (adding) and at once reaches its start
+    // (crossing): the words of plain runs between them
+    const Traced down = trace(4.76, 2.6, 1.5, 3.2);
+    const SpecialPoint* adding = down.find(Kind::adding_sliding, 2.411);
+    const SpecialPoint* crossing = down.find(Kind::crossing_sliding, 2.4055);
+    REQUIRE(adding != nullptr);
+    REQUIRE(crossing != nullptr);
+    CHECK(adding->word_after == "0-");
+    CHECK(adding->word_before == "0-0+");
+    CHECK(crossing->word_before == "0-+");
+    CHECK(word_at(down, *adding, adding->cycle.p[1] + 1e-3) == "0-");
+    CHECK(word_at(down, *adding, adding->cycle.p[1] - 1e-3) == "0-0+");
+    CHECK(word_at(down, *crossing, crossing->cycle.p[1] + 1e-3) == "0-0+");
+    CHECK(word_at(down, *crossing, crossing->cycle.p[1] - 1e-3) == "0-+");
+
+    // the same two, whatever the step
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 4.3;
+    p[1] = 2.3;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    for (const double max_step : {0.05, 0.02, 0.01}) {
+        const Branch branch =
+            BranchTracer(*system, 0, 4, 6, {.max_step = max_step}).trace(orbit.cycle);
+        REQUIRE(branch.special.size() == 2);
+        CHECK(branch.special[0].kind == Kind::adding_sliding);
+        CHECK(branch.special[1].kind == Kind::crossing_sliding);
+        CHECK(branch.special[0].cycle.p[0] == Approx(4.689174157).epsilon(1e-9));
+        CHECK(branch.special[1].cycle.p[0] == Approx(4.701591259).epsilon(1e-9));
+        CHECK(branch.points.back().cycle.word.string() == "0-+");
+    }
+
+    // four slides a turn, one of which vanishes while another begins: an end, whichever it is
+    p[0] = 3;
+    p[1] = 0.3625;
+    const Orbit slow = settle(*system, p, Vector::Zero(2));
+    REQUIRE(slow.status == Status::ok);
+    const Branch hard = BranchTracer(*system, 0, 2.78, 3.3, {.max_points = 100}).trace(slow.cycle);
+    CHECK(hard.points.size() > 10);
+    for (const SpecialPoint& s : hard.special)
+        CHECK(s.word_after.find("00") == std::string::npos);
+}

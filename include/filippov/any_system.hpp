@@ -328,11 +328,21 @@ public:
         };
         add(segment<Tableau>(sys_, q, m, X(x), t0, t1, -1, settings_, listener).counters);
         std::vector<Least> found;
+        if (samples.size() < 2)
+            return found;
+        const auto look = [&](std::size_t which, int side) {
+            const Quantity q{mode != 0 ? Quantity::Kind::h : Quantity::Kind::margin, side, 1};
+            const auto rate = [&](const Sample& sample) {
+                return (mode != 0 ? mode : 1) *
+                       quantity_of(q, sample.t, sample.x, Vec<double, P>(p));
+            };
+            collect(samples, which, side, rate(samples.front()), rate(samples.back()), found);
+        };
         if (mode != 0) {
-            collect(samples, 0, mode, found);
+            look(0, mode);
         } else {
-            collect(samples, 0, -1, found);
-            collect(samples, 1, +1, found);
+            look(0, -1);
+            look(1, +1);
         }
         return found;
     }
@@ -429,26 +439,36 @@ private:
         X x;
         std::array<double, 2> value; ///< |h|; or 1 + s and 1 - s
     };
+    /// Minima among samples, each the vertex of a parabola through three of them; where the value
+    /// falls at the start, or rises at the end, and its neighbour lies above, through two and the
+    /// slope.
     static void collect(const std::vector<Sample>& samples, std::size_t which, int side,
-                        std::vector<Least>& found) {
-        for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+                        double first_slope, double last_slope, std::vector<Least>& found) {
+        const auto keep = [&](const Sample& from, const Sample& to, double dt, double value) {
+            const double theta = dt / (to.t - from.t);
+            found.push_back({from.t + dt, from.x + theta * (to.x - from.x), value, side});
+        };
+        const auto at_end = [&](const Sample& end, const Sample& inner, double slope) {
+            const double u = inner.t - end.t, rise = inner.value[which] - end.value[which];
+            if (!(slope * u < 0 && rise >= 0))
+                return;
+            const double bend = (rise / u - slope) / u;
+            keep(end, inner, -slope / (2 * bend), end.value[which] - slope * slope / (4 * bend));
+        };
+        const std::size_t n = samples.size();
+        at_end(samples[0], samples[1], first_slope);
+        for (std::size_t i = 1; i + 1 < n; ++i) {
             const Sample &a = samples[i - 1], &b = samples[i], &c = samples[i + 1];
             const double ga = a.value[which], gb = b.value[which], gc = c.value[which];
             if (!(gb < ga && gb <= gc))
                 continue;
-            // the vertex of the parabola through three points
             const double u = a.t - b.t, w = c.t - b.t;
             const double ka = (ga - gb) / u, kc = (gc - gb) / w;
             const double bend = (kc - ka) / (w - u), slope = ka - bend * u;
             const double dt = bend > 0 ? std::clamp(-slope / (2 * bend), u, w) : 0.0;
-            Least least;
-            least.t = b.t + dt;
-            const double theta = dt < 0 ? dt / u : dt / w;
-            least.x = b.x + theta * ((dt < 0 ? a.x : c.x) - b.x);
-            least.value = gb + dt * (slope + bend * dt);
-            least.side = side;
-            found.push_back(least);
+            keep(b, dt < 0 ? a : c, dt, gb + dt * (slope + bend * dt));
         }
+        at_end(samples[n - 1], samples[n - 2], last_slope);
     }
 
     auto field_of(int mode) const {

@@ -34,7 +34,8 @@ constexpr std::string_view name(Kind kind) {
     return names[static_cast<std::size_t>(kind)];
 }
 
-/// What may end a word. The value is positive while the word is right.
+/// What may end a word. The value is positive while the word is right, and in units of the orbit:
+/// its period, its fastest approach to the surface, and their product.
 struct Test {
     enum class What : unsigned char {
         duration, ///< of segment i: negative where a segment would run backwards
@@ -49,25 +50,71 @@ struct Test {
     Least least{}; ///< of `nearest`
 };
 
+namespace detail {
+
+/// The fastest rate of h at the nodes of a cycle.
+inline double fastest_rate(const AnySystem& system, const Cycle& c) {
+    double fastest = std::numeric_limits<double>::min();
+    for (std::size_t i = 0; i < c.size(); ++i)
+        for (const int side : {-1, 1}) {
+            const Quantity rate{Quantity::Kind::h, side, 1};
+            fastest = std::max(fastest,
+                               std::abs(system.quantity(rate, c.t[i], c.x[i], c.p, {}).value[0]));
+        }
+    return fastest;
+}
+/// An interior minimum to full accuracy: Newton on the time at which it is. (What a run shows is
+/// the vertex of a parabola.)
+inline Least polished(const AnySystem& system, const Cycle& c, std::size_t i, Least least) {
+    const int mode = c.word[i].mode;
+    const Quantity::Kind kind = mode == 0 ? Quantity::Kind::margin : Quantity::Kind::h;
+    Least better = least;
+    const auto at = [&](int order) {
+        return system.quantity({kind, least.side, order}, better.t, better.x, c.p, {}).value[0];
+    };
+    for (int k = 0; k < 20; ++k) {
+        const Jet arc = system.arc(mode, c.t[i], c.x[i], better.t, c.p, {});
+        if (arc.status != Status::ok)
+            return least;
+        better.x = arc.value;
+        const double dt = -at(1) / at(2);
+        if (!(std::abs(dt) < c.duration(i)))
+            return least;
+        better.t += dt;
+        if (std::abs(dt) <= 1e-14 * c.period)
+            break;
+    }
+    better.value = (mode == 0 ? 1 : mode) * at(0);
+    return better;
+}
+
+} // namespace detail
+
 /// All tests of a cycle.
 inline std::vector<Test> tests(const AnySystem& system, const Cycle& c) {
     std::vector<Test> all;
     const std::size_t n = c.size();
+    const double fastest = detail::fastest_rate(system, c);
     for (std::size_t i = 0; i < n; ++i) {
         const Letter& letter = c.word[i];
         const double duration = c.duration(i);
         if (n > 1 || letter.until != Until::phase)
-            all.push_back({Test::What::duration, i, duration, {}});
+            all.push_back({Test::What::duration, i, duration / c.period, {}});
         if (duration > 0)
-            for (const Least& least : system.minima(letter.mode, c.t[i], c.x[i], c.end(i), c.p))
-                all.push_back({Test::What::nearest, i, least.value, least});
+            for (Least least : system.minima(letter.mode, c.t[i], c.x[i], c.end(i), c.p)) {
+                const double unit = letter.mode == 0 ? 1.0 : fastest * c.period / c.turns;
+                if (least.value < 1e-3 * unit)
+                    least = detail::polished(system, c, i, least);
+                all.push_back({Test::What::nearest, i, least.value / unit, least});
+            }
         if (letter.mode == 0 || letter.until != Until::surface)
             continue;
         const std::size_t node = (i + 1) % n;
         const int own = letter.mode, after = c.word[node].mode;
         const auto rate = [&](int side) {
             return system.quantity({Quantity::Kind::h, side, 1}, c.t[node], c.x[node], c.p, {})
-                .value[0];
+                       .value[0] /
+                   fastest;
         };
         all.push_back({Test::What::arrival, node, -own * rate(own), {}});
         const double far = rate(-own);

@@ -170,7 +170,10 @@ private:
         bool fresh = false; ///< no point of its word is on the branch yet
 
         double slope() const { return t[t.size() - 1]; }
-        double parameter() const { return z[z.size() - 1]; }
+        double parameter() const { return parameter_of(z); }
+        static double parameter_of(const Vector& u) { return u[u.size() - 1]; }
+        /// How far along the tangent another point of the curve lies.
+        double along(const Vector& u) const { return t.dot((u - z).cwiseQuotient(curve.scale())); }
     };
 
     static Equations equations_of(const Shooting& shooting) {
@@ -246,10 +249,11 @@ private:
             const Vector t = here.curve.tangent(J, here.t);
             if (!(t.dot(here.t) > 0.9))
                 continue;
-            const Cycle cycle = here.shooting.unpack(z);
-            const double value = z[z.size() - 1];
-            if (!(value >= low_ && value <= high_))
-                return finish_at_bound(here, z, branch);
+            Cycle cycle = here.shooting.unpack(z);
+            // A step that leaves the bounds becomes one to the bound.
+            const bool last = !(here.parameter_of(z) >= low_ && here.parameter_of(z) <= high_);
+            if (last && !stop_at_bound(here, cycle, z, J, branch))
+                continue;
             if (passes_start(here, cycle)) {
                 branch.points.push_back(point_of(start_));
                 branch.end = closed;
@@ -265,10 +269,14 @@ private:
                 return outcome == Outcome::switched;
             }
             BranchPoint next = point_of(cycle, here.shooting.arcs_in(J));
-            smooth_bifurcations(here, t, ds, branch, next);
+            smooth_bifurcations(here, here.curve.tangent(J, here.t), here.along(z), branch, next);
             if (system_.interrupted())
                 return false;
             branch.points.push_back(std::move(next));
+            if (last) {
+                branch.end = "bound of the parameter";
+                return false;
+            }
             here.z = z;
             here.t = t;
             here.fresh = false;
@@ -317,17 +325,21 @@ private:
         return failed;
     }
 
-    bool finish_at_bound(const Place& here, const Vector& z, Branch& branch) {
-        const double value = z[z.size() - 1], bound = value < low_ ? low_ : high_;
+    /// The point at the bound between `here` and z, with its Jacobian.
+    bool stop_at_bound(const Place& here, Cycle& cycle, Vector& z, Matrix& J,
+                       Branch& branch) const {
+        const double value = here.parameter_of(z), bound = value < low_ ? low_ : high_;
         const double fraction = (bound - here.parameter()) / (value - here.parameter());
-        Cycle c = here.shooting.unpack(here.z + fraction * (z - here.z));
-        c.p[parameter_] = bound;
-        const Convergence converged = shoot(system_, c);
+        cycle = here.shooting.unpack(here.z + fraction * (z - here.z));
+        cycle.p[parameter_] = bound;
+        const Convergence converged = shoot(system_, cycle);
         branch.corrections += converged.iterations;
-        if (converged.ok())
-            branch.points.push_back(point_of(c));
-        branch.end = "bound of the parameter";
-        return false;
+        if (!converged.ok())
+            return false;
+        z = here.shooting.pack(cycle);
+        auto e = here.shooting.evaluate(z);
+        J = std::move(e.J);
+        return e.status == Status::ok;
     }
 
     enum class Outcome : unsigned char { retry, switched, ended };
@@ -335,8 +347,11 @@ private:
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
     Outcome bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
                       Branch& branch, std::string& trouble) {
-        const std::vector<Test> causes = causes_of(failed, beyond.size());
+        std::vector<Test> causes = causes_of(failed, beyond.size());
         const bool born = causes[0].what != Test::What::duration;
+        std::erase_if(causes, [born](const Test& test) {
+            return born != (test.what != Test::What::duration);
+        });
         const Cycle before = here.shooting.unpack(here.z);
         std::vector<SlidingCondition> conditions = conditions_behind(before, beyond, causes);
         if (conditions.empty()) {
@@ -361,7 +376,8 @@ private:
             special.push_back(describe(s, c));
             special.back().word_before = before.word.string();
         }
-        if (!keep_first(conditions, special, to - from) && !born) {
+        const bool together = keep_first(conditions, special, to - from);
+        if ((!together && !born) || !alone(conditions[0])) {
             trouble = "several bifurcations at once";
             return Outcome::retry;
         }
@@ -380,6 +396,16 @@ private:
         here = *next;
         here.fresh = true;
         return Outcome::switched;
+    }
+
+    /// True if nothing else has happened before a bifurcation: the orbit there is one of its word,
+    /// and what is born where a slide begins is no second slide.
+    bool alone(const SlidingCondition& s) const {
+        const Cycle c = parent_of(s);
+        for (const Test& test : tests(system_, c))
+            if (!(test.value > -1e-8))
+                return false;
+        return s.kind != Kind::crossing_sliding || s.cycle.word[s.node].mode != 0;
     }
 
     /// The conditions behind failed tests, each for the word without any of the segments that

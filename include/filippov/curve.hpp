@@ -214,6 +214,8 @@ private:
 
     void run(const CurveStart& start, int direction, Branch& curve) {
         auto here = place(start, direction);
+        if (detail::stopped(system_, curve))
+            return;
         if (!here) {
             curve.status = Status::not_finite;
             curve.end = "the start cannot be evaluated";
@@ -243,19 +245,32 @@ private:
             const Vector t = here.curve->tangent(J, here.t);
             if (!(t.dot(here.t) > 0.9))
                 continue;
+            // A step that leaves the bounds becomes one to the bound.
+            double length = ds;
+            bool last = false, lost = false;
             for (std::size_t k = 0; k < 2; ++k) {
                 const double value = here.parameter(z, k);
-                if (!(value >= box_.low[k] && value <= box_.high[k]))
-                    return finish_at_bound(here, z, k, ds, curve);
+                if (value >= box_.low[k] && value <= box_.high[k])
+                    continue;
+                const Located at = at_bound(here, z, k, length);
+                curve.corrections += at.convergence.iterations;
+                lost = lost || !at.ok();
+                if (!at.ok())
+                    break;
+                z = at.z;
+                length = here.t.dot((z - here.z).cwiseQuotient(here.curve->scale()));
+                last = true;
             }
+            if (lost)
+                continue;
             const double before = second_order_test(here, here.z),
                          after = second_order_test(here, z);
             if (curve.points.size() > 1 && before * after < 0)
-                if (second_order_point(here, ds, before, after, curve))
+                if (second_order_point(here, length, before, after, curve))
                     return false;
             const std::vector<Test> failed = failures(here, z);
             if (!failed.empty()) {
-                const auto outcome = change_word(here, z, ds, failed, curve, trouble);
+                const auto outcome = change_word(here, z, length, failed, curve, trouble);
                 if (outcome == Outcome::retry)
                     continue;
                 ds = std::min(ds, settings_.first_step);
@@ -264,10 +279,16 @@ private:
             BranchPoint next = point_of(here, z);
             if (is_sliding(here.kind))
                 for (const Kind kind : {Kind::fold, Kind::flip})
-                    smooth_point(here, ds, kind, next.multipliers, curve);
+                    smooth_point(here, length, kind, next.multipliers, curve);
             curve.points.push_back(std::move(next));
+            if (last) {
+                curve.end = "bound of the parameters";
+                return false;
+            }
             here.z = z;
             here.t = t;
+            if (!is_sliding(here.kind) && !renew(here))
+                break;
             if (c.iterations <= 3)
                 ds = std::min(1.5 * ds, settings_.max_step);
             return true;
@@ -277,19 +298,33 @@ private:
         return false;
     }
 
-    bool finish_at_bound(const Place& here, const Vector& z, std::size_t k, double ds,
-                         Branch& curve) const {
+    /// Normalizes the null vector anew where it has turned so far from the one at the start that
+    /// its length, measured along that one, dominates the steps.
+    bool renew(Place& here) {
+        const auto m = here.shooting->columns(), n = here.shooting->rows();
+        const Vector scaled = here.z.tail(n).cwiseQuotient(here.curve->scale().tail(n));
+        if (scaled.norm() < 1.5)
+            return true;
+        CurveStart start;
+        start.kind = here.kind;
+        start.cycle = here.cycle(here.z);
+        auto anew = smooth_place(start, +1);
+        if (!anew)
+            return false;
+        if (anew->t.head(m).dot(here.t.head(m)) < 0)
+            anew->t = -anew->t;
+        here = *anew;
+        return true;
+    }
+    /// Where the curve leaves the range of parameter k, before a point z at a distance `length`.
+    Located at_bound(const Place& here, const Vector& z, std::size_t k, double length) const {
         const double bound = here.parameter(z, k) < box_.low[k] ? box_.low[k] : box_.high[k];
         const auto excess = [&](const Vector& u, const Matrix&) {
             return here.parameter(u, k) - bound;
         };
         const Matrix none;
-        const Located at = zero_along(*here.curve, here.z, here.t, ds, excess, excess(here.z, none),
-                                      excess(z, none));
-        if (at.ok())
-            curve.points.push_back(point_of(here, at.z));
-        curve.end = "bound of the parameters";
-        return false;
+        return zero_along(*here.curve, here.z, here.t, length, excess, excess(here.z, none),
+                          excess(z, none));
     }
 
     // --- points of codimension two -------------------------------------------------------------
@@ -406,25 +441,24 @@ private:
         curve.special.push_back(special);
     }
 
-    /// The tests of a cycle but for the place's own, minima near zero to full accuracy.
+    /// The tests of a cycle but for the place's own.
     std::vector<Test> other_tests(const Place& here, const Vector& z) const {
-        const Cycle c = here.cycle(z);
         std::vector<Test> others;
-        for (const Test& test : tests(system_, c)) {
+        for (const Test& test : tests(system_, here.cycle(z))) {
             const bool own = is_sliding(here.kind) && test.what == Test::What::far_side &&
                              test.i == here.condition.node;
             if (!own)
-                others.push_back(std::abs(test.value) < 1e-5 ? polished(c, test) : test);
+                others.push_back(test);
         }
         return others;
     }
-    std::vector<Test> failures(const Place& here, const Vector& z) const {
+    std::vector<Test> failures(const Place& here, const Vector& z, double slack = 1e-11) const {
         std::vector<Test> failed;
         for (const Test& test : other_tests(here, z)) {
             const bool twin = std::any_of(here.twins.begin(), here.twins.end(), [&](const Test& t) {
                 return t.what == test.what && t.i == test.i && t.least.side == test.least.side;
             });
-            if (!(test.value > (twin ? -1e-8 : -1e-11)))
+            if (!(test.value > (twin ? -1e-8 : -slack)))
                 failed.push_back(test);
         }
         return failed;
@@ -446,11 +480,18 @@ private:
         curve.corrections += at.convergence.iterations;
         if (!at.ok())
             return Outcome::retry;
+        for (const Test& test : failures(here, at.z, 1e-8))
+            if (test.what != cause.what || test.i != cause.i)
+                return Outcome::retry; // something else has happened before
         if (touch_meets_entry(here, cause)) {
             end_at_degenerate(here, at, cause.i, true, curve);
             return Outcome::ended;
         }
-        auto second = condition_of(here.cycle(at.z), polished(here.cycle(at.z), cause));
+        const Cycle there = here.cycle(at.z);
+        Test exact = cause;
+        if (cause.what == Test::What::nearest)
+            exact.least = detail::polished(system_, there, cause.i, cause.least);
+        auto second = condition_of(there, exact);
         if (!second) {
             trouble = "the orbit touches the surface where it is crossed: no orbit of any word "
                       "goes on";
@@ -478,38 +519,10 @@ private:
         return Outcome::switched;
     }
 
-    /// A test with its interior minimum to full accuracy: Newton on the time at which it is.
-    Test polished(const Cycle& c, Test test) const {
-        if (test.what != Test::What::nearest)
-            return test;
-        const int mode = c.word[test.i].mode;
-        const Quantity::Kind kind = mode == 0 ? Quantity::Kind::margin : Quantity::Kind::h;
-        double t = test.least.t;
-        Vector x = test.least.x;
-        const auto at = [&](int order) {
-            return system_.quantity({kind, test.least.side, order}, t, x, c.p, {}).value[0];
-        };
-        for (int k = 0; k < 20; ++k) {
-            const Jet arc = system_.arc(mode, c.t[test.i], c.x[test.i], t, c.p, {});
-            if (arc.status != Status::ok)
-                return test;
-            x = arc.value;
-            const double dt = -at(1) / at(2);
-            if (!(std::abs(dt) < c.duration(test.i)))
-                return test;
-            t += dt;
-            if (std::abs(dt) <= 1e-14 * c.period)
-                break;
-        }
-        test.least.t = t;
-        test.least.x = x;
-        test.value = (mode == 0 ? 1 : mode) * at(0);
-        return test;
-    }
     /// The same test of a neighbouring cycle; NaN if it has none.
     double value_of(const Cycle& c, const Test& like) const {
         if (like.what == Test::What::nearest)
-            return polished(c, like).value;
+            return detail::polished(system_, c, like.i, like.least).value;
         for (const Test& test : tests(system_, c))
             if (test.what == like.what && test.i == like.i)
                 return test.value;

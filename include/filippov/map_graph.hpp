@@ -246,9 +246,11 @@ private:
             high = std::max(high, c(u));
         }
         const double margin = 8 * settings_.tolerance, turn = TransitionMap::turn;
+        if (!(high - low < 1000 * turn)) // slopes beyond all bounds: no graph of a map
+            return;
         const double first = std::ceil((low - margin) / turn);
         const double last = std::floor((high + margin) / turn);
-        for (double n = first; n <= last; ++n)
+        for (double n = first; n <= last && graph_.status == Status::ok; ++n)
             find_roots(piece, c, extrema, n * turn, margin);
     }
     void find_roots(const Piece& piece, const Cubic& c, const std::vector<double>& extrema,
@@ -320,10 +322,13 @@ private:
         if (std::abs(best.advance() - target) <= 1e-9)
             keep(best, false);
     }
+    static constexpr std::size_t most_fixed_points = 1000;
     /// A phase from which the map starts with a slide is no image: no orbit passes it.
     void keep(const MapSample& s, bool tangent) {
         if (!s.image.true_exit || !s.closes())
             return;
+        if (map_->interrupted())
+            return fail(Status::interrupted, std::string(message(Status::interrupted)));
         FixedPoint point;
         point.at = {s.at.boundary, TransitionMap::wrapped(s.at.phase)};
         point.slope = s.image.slope;
@@ -333,6 +338,9 @@ private:
         for (const FixedPoint& other : graph_.fixed_points)
             if (same(point.at, other.at, 1e-9) && (point.slope < 1) == (other.slope < 1))
                 return;
+        if (graph_.fixed_points.size() == most_fixed_points)
+            return fail(Status::ambiguous, "every phase of a stretch is a fixed point, it seems: "
+                                           "more than a thousand were found.");
         point.prime = prime(point.at);
         graph_.fixed_points.push_back(point);
     }

@@ -134,7 +134,7 @@ inline void require_section(const SectionOf& section) {
 } // namespace detail
 
 /// The section map: state and time at the next event of a kind, `iterate` times.
-/// @param max_time  to wait for each of them
+/// @param max_time  to wait, once for each of them, in all
 /// @param along  parameters for `param_slope`
 /// @return status `escaped` if no such event comes in this time
 inline Mapped section_map(const AnySystem& system, const SectionOf& section, double t0,
