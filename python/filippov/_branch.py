@@ -135,7 +135,8 @@ class Branch(Stored):
             Which point; negative ones count from the end.
         """
         n = len(self)
-        if not -n <= index < n:
+        given: object = index
+        if not (isinstance(given, (int, np.integer)) and -n <= index < n):
             refuse("index", index, f"expected an index of {n} points")
         i = int(index) % n
         values = self._params_at(i)
@@ -386,6 +387,10 @@ def continuation(
     steps = (first, longest, most)
     if isinstance(parameter, str):
         return _over_one(orbit, parameter, bounds, kinds, steps, tolerances, progress)
+    names: object = parameter
+    if not isinstance(names, (tuple, list)) or len(names) != 2:
+        expected = "expected the name of a parameter, or a tuple of two"
+        refuse("parameter", parameter, expected, TypeError)
     if not isinstance(start, SpecialPoint):
         expected = "expected a SpecialPoint of a Branch to follow in two parameters"
         refuse("start", start, expected, TypeError)

@@ -64,7 +64,7 @@ class _Settings:
     guess: tuple[float, ...] | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EventMap:
     """Graph of an iterate of the transition map, from stick-to-slip to the next stick-to-slip.
 
@@ -96,6 +96,12 @@ class EventMap:
     def success(self) -> bool:
         """Whether the graph is complete."""
         return self.status == Status.ok
+
+    def __repr__(self) -> str:
+        return (
+            f"<EventMap of {self.system.name}, iterate {self.iterate}: {self.phase.size} samples, "
+            f"{len(self.breakpoints)} breaks, {len(self._points)} fixed points; {self.status}>"
+        )
 
     def fixed_points(self) -> list[FixedPoint]:
         """All fixed points of the iterate: the points of its periodic orbits, by phase."""

@@ -18,7 +18,7 @@ from ._types import Floats
 __all__ = ["Lyapunov", "lyapunov"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Lyapunov:
     """Lyapunov exponents over a window of one solution."""
 
@@ -38,6 +38,14 @@ class Lyapunov:
     def success(self) -> bool:
         """Whether the window was followed to its end."""
         return self.status == Status.ok
+
+    def __repr__(self) -> str:
+        each = ", ".join(
+            f"{value:.6g} +- {error:.2g}" if np.isfinite(value) else f"{value:.6g}"
+            for value, error in zip(self.exponents, self.error, strict=True)
+        )
+        found = f"{each}; {self.slides} slides; {self.status}"
+        return f"<Lyapunov exponents of {self.system.name}: {found}>"
 
 
 def lyapunov(

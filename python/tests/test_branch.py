@@ -350,3 +350,12 @@ def test_plot_has_lines_for_stability_and_a_marker_a_kind(soft, hard):
         soft.plot(ax, y="z")
     assert dict(matplotlib.rcParams) == before
     plt.close(figure)
+
+
+def test_what_is_no_parameter_and_no_index_is_refused():
+    orbit = fp.periodic_orbit(fp.models.oscillator, params={"A": 5, "omega": 1.72})
+    with pytest.raises(TypeError, match="parameter = "):
+        fp.continuation(orbit, ["omega"], (1.6, 1.8))
+    branch = fp.continuation(orbit, "omega", (1.71, 1.73))
+    with pytest.raises(ValueError, match=r"index = 1\.5"):
+        branch.orbit(1.5)

@@ -210,3 +210,10 @@ except KeyboardInterrupt:
         child.send_signal(signal.SIGINT)
         assert child.wait(timeout=10) == 7
         assert time.perf_counter() - sent < 3.0
+
+
+def test_repr_counts():
+    graph = fp.event_map(fp.models.oscillator.with_params(A=0.5, omega=2.94))
+    found = len(graph.fixed_points())
+    assert repr(graph).startswith("<EventMap of oscillator, iterate 1: ")
+    assert f"{found} fixed points; ok>" in repr(graph)

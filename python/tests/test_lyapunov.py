@@ -48,3 +48,10 @@ def test_an_autonomous_cycle_has_the_exponent_zero():
 def test_wrong_arguments_are_named(arguments, error, words):
     with pytest.raises(error, match=words):
         fp.lyapunov(**({"sys": BLOCK} | arguments))
+
+
+def test_repr_shows_exponents_and_errors():
+    result = fp.lyapunov(fp.models.oscillator, transient=10, window=20)
+    assert repr(result).startswith("<Lyapunov exponents of oscillator: ")
+    assert "-inf; " in repr(result)
+    assert len(repr(result)) < 120
