@@ -331,10 +331,10 @@ public:
         if (samples.size() < 2)
             return found;
         const auto look = [&](std::size_t which, int side) {
-            const Quantity q{mode != 0 ? Quantity::Kind::h : Quantity::Kind::margin, side, 1};
+            const Quantity slope{mode != 0 ? Quantity::Kind::h : Quantity::Kind::margin, side, 1};
             const auto rate = [&](const Sample& sample) {
                 return (mode != 0 ? mode : 1) *
-                       quantity_of(q, sample.t, sample.x, Vec<double, P>(p));
+                       quantity_of(slope, sample.t, sample.x, Vec<double, P>(p));
             };
             collect(samples, which, side, rate(samples.front()), rate(samples.back()), found);
         };
