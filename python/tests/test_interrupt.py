@@ -2,7 +2,6 @@
 """Ctrl-C stops the compiled loop, threads go on beside it."""
 
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -15,16 +14,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX sig
 
 SOON = 3.0  # seconds; idle machines take a hundredth of one
 
-# A shell starts what runs in its background with Ctrl-C ignored, and children inherit that.
-LISTEN = """
-import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)
-"""
-
-PROGRAM = (
-    LISTEN
-    + """
-import filippov as fp
+PROGRAM = """
 print("ready", flush=True)
 try:
     fp.simulate(fp.models.{model}, {x0}, (0, 1e9), t_eval=[0.0], dense_output=False,
@@ -33,10 +23,8 @@ except KeyboardInterrupt as stop:
     run = stop.trajectory
     assert run.status == "interrupted", run.status
     assert run.t[-1] > 0 and run.events["t"][-1] == run.t[-1]
-    print("stopped", flush=True)
     sys.exit(7)
 """
-)
 
 
 @pytest.mark.parametrize(
@@ -47,44 +35,21 @@ except KeyboardInterrupt as stop:
         ("stiction", [0, 0], "dopri5", None),  # rests for ever, in closed form
     ],
 )
-def test_ctrl_c_stops_at_once_and_keeps_the_run(model, x0, method, events):
+def test_ctrl_c_stops_at_once_and_keeps_the_run(ctrl_c, model, x0, method, events):
     if model == "stiction":
         model += ".with_params(V=0, A=0.1)"
-    code = PROGRAM.format(model=model, x0=x0, method=method, events=events)
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as child:
-        assert child.stdout.readline() == "ready\n"
-        time.sleep(0.3)
-        if child.poll() is not None:
-            pytest.fail(child.stderr.read())
-        sent = time.perf_counter()
-        child.send_signal(signal.SIGINT)
-        assert child.stdout.readline() == "stopped\n"
-        assert time.perf_counter() - sent < SOON
-        assert child.wait(timeout=10) == 7
+    ctrl_c(PROGRAM.format(model=model, x0=x0, method=method, events=events))
 
 
-def test_ctrl_c_in_an_event_function_passes_through():
-    code = (
-        LISTEN
-        + """
-import filippov as fp
+def test_ctrl_c_in_an_event_function_passes_through(ctrl_c):
+    ctrl_c("""
 print("ready", flush=True)
 try:
     fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
                 max_steps=10**15, events=lambda t, y: 1.0)
 except KeyboardInterrupt:
     sys.exit(7)
-"""
-    )
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout.readline() == "ready\n"
-        time.sleep(0.3)
-        sent = time.perf_counter()
-        child.send_signal(signal.SIGINT)
-        assert child.wait(timeout=10) == 7
-        assert time.perf_counter() - sent < SOON
+""")
 
 
 def test_whatever_a_signal_handler_raises_comes_out():

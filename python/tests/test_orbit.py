@@ -1,8 +1,4 @@
 # SPDX-License-Identifier: BSD-3-Clause
-import signal
-import subprocess
-import sys
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +8,6 @@ import filippov as fp
 
 BLOCK = fp.models.oscillator
 TIGHT = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
-SOON = 3.0  # seconds; idle machines take a tenth of one
-LISTEN = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
 def simulated(orbit, x0, periods=1):
@@ -280,7 +274,6 @@ def test_guesses_of_other_systems_are_refused(orbits):
         fp.periodic_orbit(BLOCK, orbits[0], turns=2)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -289,28 +282,16 @@ def test_guesses_of_other_systems_are_refused(orbits):
         "params={'omega': 1, 'alpha': 0, 'beta': 0, 'eta': 0, 'V': 1e12}, max_turns=2**31 - 1",
     ],
 )
-def test_ctrl_c_stops_at_once(arguments):
-    code = f"""{LISTEN}
-import sys
-import filippov as fp
+def test_ctrl_c_stops_at_once(ctrl_c, arguments):
+    program = f"""
 print("ready", flush=True)
 try:
     fp.periodic_orbit(fp.models.oscillator, {arguments})
 except KeyboardInterrupt as stop:
     assert stop.orbit.status == "interrupted", stop.orbit
-    print("stopped", flush=True)
     sys.exit(7)
 """
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as child:
-        assert child.stdout.readline() == "ready\n"
-        time.sleep(0.5)
-        sent = time.perf_counter()
-        child.send_signal(signal.SIGINT)
-        assert child.stdout.readline() == "stopped\n", child.stderr.read()
-        assert time.perf_counter() - sent < SOON
-        assert child.wait(timeout=10) == 7
+    ctrl_c(program, pause=0.5)
 
 
 # --- on disk, as a table, as a picture -----------------------------------------------------------
