@@ -380,3 +380,35 @@ TEST_CASE("branch: different bifurcations within one step", "[branch]") {
     for (const SpecialPoint& s : hard.special)
         CHECK(s.word_after.find("00") == std::string::npos);
 }
+
+TEST_CASE("branch: an excursion from a slide that shrinks to nothing next to where another starts",
+          "[branch]") {
+    // The nodes at its ends are those of the cycle's first slide, a period apart.
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 4.1171;
+    p[1] = 0.7655;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    const Branch branch = BranchTracer(*system, 4, 0.5, 30).trace(orbit.cycle); // over g
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "bound of the parameter");
+    const auto adding = std::find_if(branch.special.begin(), branch.special.end(),
+                                     [](auto& s) { return s.kind == Kind::adding_sliding; });
+    REQUIRE(adding != branch.special.end());
+    CHECK(adding->word_before == "0-0+");
+    CHECK(adding->word_after == "0-");
+    // a second opinion: plain runs over a period, at every point of both words behind the last fold
+    int runs = 0;
+    for (const BranchPoint& point : branch.points) {
+        const Cycle& c = point.cycle;
+        if (std::abs(c.p[4] - adding->cycle.p[4]) > 0.03 || std::abs(point.multipliers[0]) > 0.5 ||
+            point.multipliers[0].real() > 0)
+            continue;
+        CAPTURE(c.p[4], c.word.string());
+        const History run = system->run(c.t[0], c.x[0], c.end(c.size() - 1), c.p);
+        CHECK((run.x - c.x[0]).norm() < 1e-9);
+        ++runs;
+    }
+    CHECK(runs >= 4);
+}

@@ -251,6 +251,22 @@ TEST_CASE("variation: second derivatives through events", "[variation]") {
     }
 }
 
+TEST_CASE("variation: neighbours of a solution that rests are followed as closely as others",
+          "[variation]") {
+    const models::UnitCircle sys; // r' = r, and a rotation
+    using D = Dual<double, 2>;
+    Nothing nothing;
+    const auto p = default_params<models::UnitCircle>();
+    const auto r = flow(sys, constant<D>(p), seeded<D>(Vec<double, 2>(0, 0)), D(0), D(20),
+                        tolerance<2>(1e-10), nothing);
+    CHECK(r.run.counters.steps < 20);
+    // exp(20) times a rotation by 20 w; at ten tolerances a step, in some hundred steps
+    const double turn = 20 * p[0];
+    CHECK(r.x[0].d[0] == Approx(std::exp(20) * std::cos(turn)).epsilon(1e-6));
+    CHECK(std::abs(r.x[1].d[0]) < 1e-6 * std::exp(20));
+    CHECK(r.x[1].d[1] == Approx(r.x[0].d[0]).epsilon(1e-10));
+}
+
 TEST_CASE("variation: the values are those of the plain run", "[variation]") {
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();

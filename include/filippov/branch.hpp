@@ -431,11 +431,11 @@ private:
         }
         return all;
     }
-    /// The duration of the segment that starts at a time, up to whole cycles.
+    /// The duration of the segment that starts and ends near a time, up to whole cycles.
     static Test vanishing(const Cycle& c, double t) {
         Test test;
         const auto apart = [&](std::size_t i) {
-            return std::abs(std::remainder(c.t[i] - t, c.period));
+            return std::abs(std::remainder(c.t[i] - t, c.period)) + std::abs(c.duration(i));
         };
         for (std::size_t i = 1; i < c.size(); ++i)
             if (apart(i) < apart(test.i))
@@ -642,16 +642,15 @@ private:
         SpecialPoint special;
         special.kind = kind;
         special.convergence = at.convergence;
-        if (at.ok()) {
-            special.cycle = here.shooting.unpack(at.z);
-            special.multipliers = floquet(system_, special.cycle);
-            detail::normalize(system_, special.cycle);
-            if (fold)
-                special.conditions = {{"mu - 1", distance_to_one(special.multipliers)}};
-            else
-                special.conditions = {
-                    {kind == Kind::flip ? "det(M + 1)" : "|mu|^2 - 1", test(special.multipliers)}};
-        }
+        // the last point before it if it was not located
+        special.cycle = here.shooting.unpack(at.ok() ? at.z : here.z);
+        special.multipliers = floquet(system_, special.cycle);
+        detail::normalize(system_, special.cycle);
+        if (fold)
+            special.conditions = {{"mu - 1", distance_to_one(special.multipliers)}};
+        else
+            special.conditions = {
+                {kind == Kind::flip ? "det(M + 1)" : "|mu|^2 - 1", test(special.multipliers)}};
         special.word_before = special.word_after = here.shooting.word().string();
         branch.special.push_back(special);
     }

@@ -190,18 +190,76 @@ private:
 
     void advance(const StepView<R, N, M>& step) {
         const D t = time_at(step.clock);
-        X x1;
+        X x1 = x_;
         if (!closed_form(t, step.dt, x1)) {
-            const auto rhs = [&](std::size_t, const D& time, const X& x) {
-                return field_at(mode_, time, x);
-            };
             if (!have_k0_)
                 rk_.k[0] = field_at(mode_, t, x_);
-            rk_.step(rhs, t, x_, step.dt, x1);
-            rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
+            follow_step(t, step.dt, x1, most_halvings);
             have_k0_ = true;
         }
         x_ = on_surface(with_values(x1, step.x1), t + D(step.dt), mode_);
+    }
+    /// Takes x and k[0] a step on. Steps are chosen for the values alone, which may rest while
+    /// their neighbours run away: where an infinitesimal needs it, a step is taken in halves.
+    void follow_step(const D& t, const R& dt, X& x, int halvings) {
+        const auto rhs = [&](std::size_t, const D& time, const X& at) {
+            return field_at(mode_, time, at);
+        };
+        X x1;
+        rk_.step(rhs, t, x, dt, x1);
+        if (halvings > 0 && coarse(x, x1, dt)) {
+            follow_step(t, dt / 2, x, halvings - 1);
+            follow_step(t + D(dt / 2), dt / 2, x, halvings - 1);
+            return;
+        }
+        x = x1;
+        rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
+    }
+    static constexpr int most_halvings = 10;
+
+    /// The derivatives in one direction, as the tableau's estimate of the error sees its stages.
+    struct Direction {
+        using Scalar = R;
+        const RungeKutta<Tableau, D, N>& rk;
+        std::size_t k;
+
+        template <class Row> R mean_square(Row, const Vec<R, N>& weight) const {
+            static constexpr auto row = [] {
+                std::array<R, std::size_t(Tableau::stages)> w{};
+                for (std::size_t j = 0; j < w.size(); ++j)
+                    w[j] = R(Row{}(j));
+                return w;
+            }();
+            R sum(0);
+            for (int i = 0; i < N; ++i) {
+                R error(0);
+                for (std::size_t j = 0; j < row.size(); ++j)
+                    error += row[j] * value_of(rk.k[j][i].d[k]);
+                sum += (weight[i] * error) * (weight[i] * error);
+            }
+            return sum / R(N);
+        }
+    };
+    /// True if a step errs in the derivatives of first order by more than ten relative
+    /// tolerances: as much as beside a solution that moves, where no step is taken twice.
+    bool coarse(const X& x, const X& x1, const R& dt) const {
+        const Vec<R, N> unit = scale();
+        Vec<R, N> weight;
+        for (int i = 0; i < N; ++i)
+            weight[i] = dt / unit[i];
+        const R tolerance = R(10) * std::max(settings_.rtol, R(100) * epsilon<R>);
+        for (std::size_t k = 0; k < x[0].d.size(); ++k) {
+            R before(0), after(0);
+            for (int i = 0; i < N; ++i) {
+                const R a = value_of(x[i].d[k]) / unit[i], b = value_of(x1[i].d[k]) / unit[i];
+                before += a * a / R(N);
+                after += b * b / R(N);
+            }
+            const R allowed = tolerance * tolerance * std::max(before, after);
+            if (Tableau::squared_error(Direction{rk_, k}, weight) > allowed)
+                return true;
+        }
+        return false;
     }
     bool closed_form([[maybe_unused]] const D& t, [[maybe_unused]] const R& dt,
                      [[maybe_unused]] X& x1) const {
