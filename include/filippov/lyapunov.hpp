@@ -24,6 +24,8 @@ struct LyapunovSettings {
     double window = 1000;    ///< over which growth is averaged, > 0
     double stretch = 1;      ///< between orthonormalisations, > 0
     int batches = 20;        ///< whose means make the error bar, >= 2
+    /// May be empty. Called now and then, with the stretches of transient and window so far.
+    std::function<void(std::size_t done, std::size_t total)> progress{};
 };
 
 /// Lyapunov exponents over a window.
@@ -58,9 +60,12 @@ public:
         const auto n_transient = count(settings_.transient), n = count(settings_.window);
         // A tangent vector turns into the leading direction within some stretches.
         const long long n_aligned = std::min(n_transient, 100LL);
+        total_ = n_transient + n;
         bool good = settle(double(n_transient - n_aligned) * settings_.stretch);
-        for (long long k = 0; good && k < n_aligned; ++k)
+        for (long long k = 0; good && k < n_aligned; ++k) {
             good = advance(nullptr);
+            tell(n_transient - n_aligned + k + 1);
+        }
         result_.t_begin = unit_ * settings_.stretch * double(n_transient);
         result_.t_end = result_.t_begin;
         std::vector<Vector> growth;
@@ -68,6 +73,7 @@ public:
             good = advance(&growth);
             if (good)
                 result_.t_end += unit_ * settings_.stretch;
+            tell(n_transient + k + 1);
         }
         summarise(growth);
         result_.x = x_;
@@ -98,6 +104,10 @@ private:
               at_most(settings_.window)))
             refuse("window", settings_.window, "expected at least one stretch a batch");
     }
+    void tell(long long stretches) const {
+        if (settings_.progress)
+            settings_.progress(std::size_t(stretches), std::size_t(total_));
+    }
     long long count(double duration) const { return std::llround(duration / settings_.stretch); }
 
     bool ended(Status status, const std::string& why) {
@@ -120,6 +130,7 @@ private:
             x_ = h.x;
             move(span);
             left -= span;
+            tell(std::llround((duration - left) / settings_.stretch));
         }
         return true;
     }
@@ -229,6 +240,7 @@ private:
     double unit_ = 1;  ///< of time
     double phase_ = 0; ///< time in units, within the period if there is one
     bool slides_ = false;
+    long long total_ = 0; ///< stretches
     Lyapunov result_;
 };
 

@@ -63,6 +63,8 @@ struct GraphSettings {
     double tolerance = 1e-6;   ///< between the graph and the cubics through its samples
     double resolution = 1e-13; ///< of breaks, in phase
     long long max_evaluations = 500'000;
+    /// May be empty. Called after each of the first intervals, of which there are 2 `samples`.
+    std::function<void(std::size_t done, std::size_t total)> progress{};
 };
 
 /// Samples the iterate of a map until cubics describe it.
@@ -170,6 +172,8 @@ private:
                 close(next);
             refine({last, next});
             last = next;
+            if (settings_.progress)
+                settings_.progress(std::size_t(boundary < 0 ? k : n + k), 2 * std::size_t(n));
         }
     }
     /// The first point of a circle as its last: a turn on, so a turn less to go.

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from . import _core
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
 from ._check import integer, number, refuse
 from ._orbit import _refuse_systems, precision
+from ._progress import ended
 from ._store import Stored
 from ._system import System
 
@@ -200,11 +200,7 @@ def bifurcation_set(
         corrections=found["corrections"],
         failed_starts=found["failed_starts"],
     )
-    raised = found["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.set = result  # type: ignore[attr-defined]
-        raise raised
+    ended(found["raised"], set=result)
     return result
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from . import _core
 from ._check import integer, number, refuse
 from ._cycle import node_events, without_point
 from ._orbit import Complexes, Orbit, orbit_from, precision
-from ._progress import Progress, shown
+from ._progress import Progress, ended, shown
 from ._status import Status
 from ._store import Stored, pack_system, unpack_system
 from ._system import Params, System
@@ -163,8 +162,7 @@ class Branch(Stored):
         cycle = start._cycle().as_tuple()
         tolerances = precision(self.rtol, self.atol, 10_000_000)
         found = _core.solve_orbit(self.system._model, cycle, *tolerances)
-        if found["raised"] is not None:
-            raise found["raised"]
+        ended(found["raised"])
         return orbit_from(self.system, found, values, self.rtol, self.atol)
 
     def plot(
@@ -425,11 +423,7 @@ def _over_one(
             *tolerances,
         )
     branch = branch_from(sys, start.params, {name: span}, kinds, found, tolerances[:2])
-    raised = found["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.branch = branch  # type: ignore[attr-defined]
-        raise raised
+    ended(found["raised"], branch=branch)
     return branch
 
 
@@ -474,11 +468,7 @@ def _in_two(
         branch_from(sys, params, spans, kinds, each, tolerances[:2]) for each in found["curves"]
     ]
     branch = dataclasses.replace(curves[0], connected=tuple(curves[1:]))
-    raised = found["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.branch = branch  # type: ignore[attr-defined]
-        raise raised
+    ended(found["raised"], branch=branch)
     return branch
 
 

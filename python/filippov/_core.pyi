@@ -312,6 +312,7 @@ def map_graph(
     iterate: int,
     samples: int,
     max_evaluations: int,
+    progress: Callable[[int, int], object] | None,
     /,
 ) -> _Graph: ...
 def map_images(
@@ -336,6 +337,7 @@ def lyapunov(
     window: float,
     stretch: float,
     batches: int,
+    progress: Callable[[int, int], object] | None,
     /,
 ) -> _Exponents: ...
 def strobe_map(

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 from collections import Counter
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._check import choice, integer, number, refuse, span, vector
 from ._event import KIND_NAMES
-from ._progress import Progress, shown
+from ._progress import Progress, ended, shown
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
 from ._status import Status
 from ._store import Stored
@@ -344,11 +343,7 @@ def bifurcation_diagram(
         settings=settings,
         stats=Stats(**columns["counters"]),
     )
-    raised = columns["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.diagram = diagram  # type: ignore[attr-defined]
-        raise raised
+    ended(columns["raised"], diagram=diagram)
     return diagram
 
 

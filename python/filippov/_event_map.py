@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import integer, number, refuse, vector
+from ._progress import Progress, ended, shown
 from ._status import Status
 from ._system import Params, System
 from ._types import Bools, FloatOrArray, Floats, Record
@@ -139,8 +140,7 @@ class EventMap:
             np.ascontiguousarray(on, dtype=np.int32).reshape(-1),
             np.ascontiguousarray(at).reshape(-1),
         )
-        if out["raised"] is not None:
-            raise out["raised"]
+        ended(out["raised"])
         value: FloatOrArray = out["value"].reshape(at.shape)[()]
         return value
 
@@ -194,6 +194,7 @@ def event_map(
     max_periods: float = 50.0,
     guess: ArrayLike | None = None,
     max_evaluations: int = 500_000,
+    progress: Progress = False,
 ) -> EventMap:
     """Compute the transition map P_trans of a forced planar system, or an iterate of it.
 
@@ -221,6 +222,9 @@ def event_map(
         A state near the ends of slides at phase 0, where Newton's iteration starts.
     max_evaluations : int
         Bound on the work.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, in intervals of the first
+        samples, always from the calling thread.
 
     Returns
     -------
@@ -232,7 +236,7 @@ def event_map(
     ValueError, TypeError
         For arguments that make no sense, before any work.
     KeyboardInterrupt
-        Within a fraction of a second of Ctrl-C.
+        Within a fraction of a second of Ctrl-C; its attribute `event_map` has what was finished.
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a forced planar System with one surface", TypeError)
@@ -256,20 +260,23 @@ def event_map(
         ),
         guess=None if start is None else tuple(start.tolist()),
     )
-    run = _core.map_graph(
-        sys._model,
-        np.array(list(values.values()), dtype=np.float64),
-        settings.rtol,
-        settings.atol,
-        settings.max_periods,
-        start,
-        iterate,
-        samples,
-        integer("max_evaluations", max_evaluations),
-    )
-    if run["raised"] is not None:
-        raise run["raised"]
-    return _event_map(run, iterate, sys, values, settings)
+    most = integer("max_evaluations", max_evaluations)
+    with shown(progress, "interval") as show:
+        run = _core.map_graph(
+            sys._model,
+            np.array(list(values.values()), dtype=np.float64),
+            settings.rtol,
+            settings.atol,
+            settings.max_periods,
+            start,
+            iterate,
+            samples,
+            most,
+            show,
+        )
+    graph = _event_map(run, iterate, sys, values, settings)
+    ended(run["raised"], event_map=graph)
+    return graph
 
 
 def _event_map(

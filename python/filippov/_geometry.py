@@ -12,6 +12,7 @@ import numpy as np
 from . import _core
 from ._bounds import Bounds, box
 from ._check import integer, number, refuse
+from ._progress import ended
 from ._system import System
 from ._types import Floats
 
@@ -262,6 +263,5 @@ def _autonomous(sys: System, low: Floats, high: Floats, params: Floats) -> None:
 
 
 def _found(run: _core._Found) -> list[dict[str, Any]]:
-    if run["raised"] is not None:
-        raise run["raised"]
+    ended(run["raised"])
     return run["found"]

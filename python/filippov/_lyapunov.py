@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import integer, number, refuse, vector
+from ._progress import Progress, ended, shown
 from ._status import Status
 from ._system import Params, System
 from ._types import Floats
@@ -59,6 +60,7 @@ def lyapunov(
     batches: int = 20,
     rtol: float = 1e-12,
     atol: float = 1e-13,
+    progress: Progress = False,
 ) -> Lyapunov:
     """Compute Lyapunov exponents of the solution from x0 at t = 0.
 
@@ -81,6 +83,9 @@ def lyapunov(
         Whose means make the error bar, at least 2.
     rtol, atol : float
         Tolerances of the flow.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, in stretches, always from
+        the calling thread.
 
     Returns
     -------
@@ -91,7 +96,8 @@ def lyapunov(
     ValueError, TypeError
         For arguments that make no sense, before any work.
     KeyboardInterrupt
-        Within a fraction of a second of Ctrl-C.
+        Within a fraction of a second of Ctrl-C; its attribute `lyapunov` has the exponents of what
+        was finished of the window.
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System with one surface", TypeError)
@@ -109,20 +115,22 @@ def lyapunov(
         refuse("batches", batches, "expected an integer from 2 to 1000000")
     if not window >= batches * stretch:
         refuse("window", window, f"expected at least one stretch a batch, {batches * stretch:g}")
-    run = _core.lyapunov(
-        sys._model,
-        np.array(list(values.values()), dtype=np.float64),
-        start,
-        number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
-        number("atol", atol, positive, above=0.0),
-        float(transient),
-        window,
-        stretch,
-        batches,
-    )
-    if run["raised"] is not None:
-        raise run["raised"]
-    return Lyapunov(
+    rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
+    atol = number("atol", atol, positive, above=0.0)
+    with shown(progress, "stretch") as show:
+        run = _core.lyapunov(
+            sys._model,
+            np.array(list(values.values()), dtype=np.float64),
+            start,
+            rtol,
+            atol,
+            float(transient),
+            window,
+            stretch,
+            batches,
+            show,
+        )
+    result = Lyapunov(
         exponents=run["exponents"],
         error=run["error"],
         window=(run["t_begin"], run["t_end"]),
@@ -135,3 +143,5 @@ def lyapunov(
         system=sys,
         params=values,
     )
+    ended(run["raised"], lyapunov=result)
+    return result

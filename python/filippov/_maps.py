@@ -14,6 +14,7 @@ from . import _core
 from ._check import integer, number, refuse
 from ._event import KIND_NAMES
 from ._geometry import one_surface
+from ._progress import ended
 from ._status import Status
 from ._system import Params, System
 from ._types import FloatOrArray, Floats
@@ -206,8 +207,7 @@ class _Task:
 
     def result(self, run: _core._Mapped) -> Mapped:
         """Shape what the core gives: without the axis of starts if there was one."""
-        if run["raised"] is not None:
-            raise run["raised"]
+        ended(run["raised"])
 
         slopes = run["param_slope"]
         columns: dict[str, Any] = {

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from . import _core
 from ._check import integer, number, refuse, span, vector
 from ._cycle import Cycle, node_events, without_point
 from ._event import EventKind
+from ._progress import ended
 from ._simulate import simulate
 from ._status import Status
 from ._store import Stored, pack_system, unpack_system
@@ -290,11 +290,7 @@ def periodic_orbit(
         t0, state, times = _near(sys, guess, values, turns)
         found = _core.orbit_near(sys._model, p, t0, state, times, limit, *tolerances)
     orbit = orbit_from(sys, found, values, rtol, atol)
-    raised = found["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.orbit = orbit  # type: ignore[attr-defined]
-        raise raised
+    ended(found["raised"], orbit=orbit)
     if raise_on_failure and not orbit.success:
         raise OrbitError(orbit)
     return orbit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a long computation is."""
+"""How far a long computation is, and what is left of one that was ended."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 from ._check import refuse
 
-__all__ = ["Progress", "shown"]
+__all__ = ["Progress", "ended", "shown"]
 
 Progress = bool | Callable[[int, int], object]
 
@@ -40,3 +40,13 @@ def shown(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object
         yield progress
     else:
         refuse("progress", progress, "expected a bool or a function (done, total)", TypeError)
+
+
+def ended(raised: BaseException | None, **finished: object) -> None:
+    """Raise what ended a computation, if anything did, with what was finished as its attribute."""
+    if raised is None:
+        return
+    for name, value in finished.items():
+        with contextlib.suppress(AttributeError):
+            setattr(raised, name, value)
+    raise raised

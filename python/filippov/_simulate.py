@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Iterable, Mapping
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _core
 from ._check import choice, integer, number, refuse, vector
 from ._event import EventFunction, EventKind, event_log, watch_all
+from ._progress import ended
 from ._status import Status
 from ._system import Params, System
 from ._trajectory import Settings, Solution, Stats, Trajectory
@@ -164,11 +164,7 @@ def simulate(
     trajectory = _trajectory(
         sys, run, run_params, settings, None if events is None else len(watched)
     )
-    raised = run["raised"]
-    if raised is not None:
-        with contextlib.suppress(AttributeError):
-            raised.trajectory = trajectory  # type: ignore[attr-defined]
-        raise raised
+    ended(run["raised"], trajectory=trajectory)
     if raise_on_failure and not trajectory.success:
         raise SimulationError(trajectory)
     return trajectory

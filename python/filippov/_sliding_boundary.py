@@ -13,6 +13,7 @@ from . import _core
 from ._bounds import Bounds, box
 from ._check import integer, refuse
 from ._geometry import Tangency, one_surface, seeds_of, tangency
+from ._progress import ended
 from ._status import Status
 from ._system import Params, System
 from ._types import Bools, Floats
@@ -122,8 +123,7 @@ def sliding_boundaries(
     run = _core.sliding_boundaries(
         sys._model, low, high, sys._values(values), steps, seeds_of(seeds)
     )
-    if run["raised"] is not None:
-        raise run["raised"]
+    ended(run["raised"])
     return [_boundary(each, sys, values) for each in run["found"]]
 
 

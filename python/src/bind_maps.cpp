@@ -29,6 +29,7 @@ public:
     Mapping& operator=(const Mapping&) = delete;
 
     const TransitionMap& operator*() const { return *map_; }
+    SignalCheck& signals() { return analysis_.signals; }
     py::object raised() const { return analysis_.signals.raised(); }
 
 private:
@@ -90,12 +91,15 @@ py::list points(const TransitionMap& map, const MapGraph& graph) {
 
 py::dict graph(const Model& model, const Doubles& p, double rtol, double atol, double max_periods,
                const std::optional<Doubles>& guess, int iterate, int samples,
-               long long max_evaluations) {
-    const Mapping map(model, p, rtol, atol, max_periods, guess);
+               long long max_evaluations, const py::object& show) {
+    Mapping map(model, p, rtol, atol, max_periods, guess);
+    const GraphSettings settings{.samples = samples,
+                                 .max_evaluations = max_evaluations,
+                                 .progress = progress(show, map.signals())};
     MapGraph g;
     {
         const py::gil_scoped_release unlocked;
-        g = map_graph(*map, iterate, {.samples = samples, .max_evaluations = max_evaluations});
+        g = map_graph(*map, iterate, settings);
     }
     std::vector<MapSample> left, right;
     std::vector<bool> jump;
@@ -242,10 +246,14 @@ py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, cons
 }
 
 py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, double rtol,
-                   double atol, double transient, double window, double stretch, int batches) {
-    const Analysis analysis(model, {.rtol = rtol, .atol = atol});
-    const LyapunovSettings settings{
-        .transient = transient, .window = window, .stretch = stretch, .batches = batches};
+                   double atol, double transient, double window, double stretch, int batches,
+                   const py::object& show) {
+    Analysis analysis(model, {.rtol = rtol, .atol = atol});
+    const LyapunovSettings settings{.transient = transient,
+                                    .window = window,
+                                    .stretch = stretch,
+                                    .batches = batches,
+                                    .progress = progress(show, analysis.signals)};
     Lyapunov l;
     {
         const py::gil_scoped_release unlocked;

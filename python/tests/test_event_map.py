@@ -180,21 +180,38 @@ def test_wrong_phases_are_named(one):
 
 
 @pytest.mark.parametrize(
-    "call",
+    ("call", "result"),
     [
-        "fp.event_map(fp.models.oscillator, iterate=1000, samples=100000)",
-        "fp.lyapunov(fp.models.oscillator, transient=0, window=1e7)",
-        "fp.lyapunov(fp.models.oscillator, transient=1e9)",
+        ("fp.event_map(fp.models.oscillator, iterate=1000, samples=100000)", "event_map"),
+        ("fp.lyapunov(fp.models.oscillator, transient=0, window=1e7)", "lyapunov"),
+        ("fp.lyapunov(fp.models.oscillator, transient=1e9)", "lyapunov"),
     ],
 )
-def test_ctrl_c_stops_at_once(ctrl_c, call):
+def test_ctrl_c_stops_at_once_and_keeps_what_is_finished(ctrl_c, call, result):
     ctrl_c(f"""
 print("ready", flush=True)
 try:
     {call}
-except KeyboardInterrupt:
-    sys.exit(7)
+except KeyboardInterrupt as stop:
+    sys.exit(7 if stop.{result}.status == "interrupted" else 1)
 """)
+
+
+def test_progress_counts_to_the_end():
+    seen = []
+    fp.event_map(fp.models.oscillator, samples=16, progress=lambda *at: seen.append(at))
+    assert seen == [(k, 32) for k in range(1, 33)]
+    seen.clear()
+    fp.lyapunov(fp.models.oscillator, transient=150, window=50, progress=lambda *at: seen.append(at))
+    assert seen[-1] == (200, 200)
+    assert [done for done, _ in seen] == sorted({done for done, _ in seen})
+
+    def stop(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough") as caught:
+        fp.event_map(fp.models.oscillator, progress=stop)
+    assert caught.value.event_map.status == "interrupted"
 
 
 def test_repr_counts():
