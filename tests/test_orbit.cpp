@@ -202,3 +202,31 @@ TEST_CASE("orbit: a caller who asks to stop is heard within an arc", "[orbit]") 
     }
     CHECK(found);
 }
+
+TEST_CASE("orbit: beside a flip, the stable one, and once", "[orbit]") {
+    const auto system = oscillator_system();
+    const double flip = 0.475724531605; // a branch has it; beyond it the orbit's period is doubled
+    for (const double beyond : {-1e-3, -1e-5, -1e-6, 1e-6, 1e-5, 1e-4}) {
+        CAPTURE(beyond);
+        const Orbit orbit =
+            settle(*system, oscillator_params(*system, 4.1171, flip + beyond), point({0, 0}));
+        REQUIRE(orbit.status == Status::ok);
+        CHECK(orbit.stable(true));
+        CHECK(orbit.cycle.turns == (beyond < 0 ? 1 : 2));
+        CHECK(orbit.cycle.word.string() == (beyond < 0 ? "0-0+" : "0-0+0-0+"));
+    }
+    // from the orbit that has lost its stability: it is left in the end
+    Cycle cycle =
+        settle(*system, oscillator_params(*system, 4.1171, flip - 1e-5), point({0, 0})).cycle;
+    const double beyond = flip + 1e-4, stretched = (flip - 1e-5) / beyond;
+    for (double& t : cycle.t)
+        t *= stretched;
+    cycle.period *= stretched;
+    cycle.p[1] = beyond;
+    const Orbit lost = solve_orbit(*system, cycle);
+    REQUIRE(lost.status == Status::ok);
+    CHECK_FALSE(lost.stable(true));
+    const Orbit found = settle(*system, cycle.p, lost.x_start, {.transient = 20});
+    REQUIRE(found.status == Status::ok);
+    CHECK(found.stable(true));
+}

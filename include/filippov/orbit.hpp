@@ -676,52 +676,130 @@ inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, 
            moves(system.quantity({Quantity::Kind::h, -1, 0}, t, x, p, {}));
 }
 
-/// The orbit that the solution from x0 at t0 = 0 settles on.
-inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
-                    const OrbitSearch& search = {}) {
-    Orbit none;
-    const auto fail = [&](Status status, std::string why) {
-        none.status = status;
-        none.message = std::move(why);
-        return none;
-    };
-    if (!system.forced() && depends_on_time(system, 0.1, x0, p))
-        return fail(Status::not_converged, "the system depends on time and gives no period");
-    const double T = system.period(p, {}).value;
-    const double t0 = search.transient * (system.forced() ? T : 1.0);
-    const History first = system.run(0, x0, t0, p);
-    if (first.status != Status::ok)
-        return fail(first.status, first.message);
-    if (!system.forced()) {
-        const History window = system.run(0, first.x, search.window, p);
-        if (window.status != Status::ok)
-            return fail(window.status, window.message);
-        const auto cycle = recurrence_of(window, 0, search.closeness, p);
-        return cycle ? solve_orbit(system, *cycle)
-                     : fail(Status::not_converged, "no event returns in the window");
+namespace detail {
+
+/// A solved cycle without repetitions of itself.
+inline Cycle shortest(const AnySystem& system, const Cycle& c) {
+    const std::size_t n = c.size();
+    const Vector scale = Shooting(system, c).scales(c).head(system.dim());
+    for (std::size_t part = 1; part < n; ++part) {
+        const auto times = int(n / part);
+        if (n % part != 0 || (system.forced() && c.turns % times != 0))
+            continue;
+        const double period = c.period / times;
+        bool same = true;
+        for (std::size_t i = 0; same && i < n; ++i) {
+            const std::size_t j = (i + part) % n;
+            same = c.word[i] == c.word[j] &&
+                   std::abs(std::remainder(c.t[j] - c.t[i] - period, c.period)) < 1e-7 * c.period &&
+                   (c.x[j] - c.x[i]).cwiseQuotient(scale).norm() < 1e-7;
+        }
+        if (!same)
+            continue;
+        Cycle one = c;
+        one.word.letters.resize(part);
+        one.t.resize(part);
+        one.x.resize(part);
+        one.period = period;
+        if (system.forced())
+            one.turns = c.turns / times;
+        return one;
     }
-    Vector x = first.x, size = x.cwiseAbs();
-    std::vector<Vector> strobes{x};
+    return c;
+}
+
+/// The orbit of the least period that Newton's iteration finds from a cycle.
+inline Orbit solve_shortest(const AnySystem& system, const Cycle& cycle) {
+    const Orbit orbit = solve_orbit(system, cycle);
+    if (orbit.status != Status::ok)
+        return orbit;
+    const Cycle one = shortest(system, orbit.cycle);
+    return one.size() < orbit.cycle.size() ? solve_orbit(system, one) : orbit;
+}
+
+/// The orbit that a solution comes back to from x at phase zero: the first stable one, else the
+/// first.
+inline Orbit orbit_from(const AnySystem& system, const Vector& p, Vector x,
+                        const OrbitSearch& search) {
+    Orbit found;
+    found.status = Status::not_converged;
+    if (!system.forced()) {
+        const History window = system.run(0, x, search.window, p);
+        found.status = window.status;
+        found.message = window.message;
+        if (window.status != Status::ok)
+            return found;
+        if (const auto cycle = recurrence_of(window, 0, search.closeness, p))
+            return solve_shortest(system, *cycle);
+        found.status = Status::not_converged;
+        found.message = "no event returns in the window";
+        return found;
+    }
+    found.message = "no periodic orbit within max_turns forcing periods";
+    const double T = system.period(p, {}).value;
+    const Vector start = x;
+    Vector size = x.cwiseAbs();
     for (int turns = 1; turns <= search.max_turns; ++turns) {
         const History turn = system.run(0, x, T, p);
-        if (turn.status != Status::ok)
-            return fail(turn.status, turn.message);
+        if (turn.status != Status::ok) {
+            found.status = turn.status;
+            found.message = turn.message;
+            return found;
+        }
         x = turn.x;
-        strobes.push_back(x);
         size = size.cwiseMax(x.cwiseAbs());
         for (const Happening& e : turn.events)
             size = size.cwiseMax(e.x.cwiseAbs());
-        if (!((x - strobes.front()).norm() <= search.closeness * size.norm()))
+        if (!((x - start).norm() <= search.closeness * size.norm()))
             continue;
         const History whole = system.run(0, x, turns * T, p);
         const auto cycle = cycle_of(whole, 0, x, turns, p);
         if (!cycle)
             continue;
-        const Orbit orbit = solve_orbit(system, *cycle);
-        if (orbit.status == Status::ok)
+        Orbit orbit = solve_shortest(system, *cycle);
+        if (orbit.status != Status::ok)
+            continue;
+        if (orbit.stable(true))
             return orbit;
+        if (found.status != Status::ok)
+            found = std::move(orbit);
     }
-    return fail(Status::not_converged, "no periodic orbit within max_turns forcing periods");
+    return found;
+}
+
+} // namespace detail
+
+/// The orbit that the solution from x0 at t0 = 0 settles on.
+///
+/// Beside an unstable orbit a solution may linger: it is followed longer then, up to sixteen times
+/// as long, and the unstable one is the answer if it is still there.
+inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
+                    const OrbitSearch& search = {}) {
+    Orbit found;
+    if (!system.forced() && depends_on_time(system, 0.1, x0, p)) {
+        found.status = Status::not_converged;
+        found.message = "the system depends on time and gives no period";
+        return found;
+    }
+    const double unit = system.forced() ? system.period(p, {}).value : 1.0;
+    Vector x = x0;
+    double transient = search.transient;
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const History first = system.run(0, x, transient * unit, p);
+        x = first.x;
+        Orbit orbit;
+        orbit.status = first.status;
+        orbit.message = first.message;
+        if (first.status == Status::ok)
+            orbit = detail::orbit_from(system, p, x, search);
+        const bool ok = orbit.status == Status::ok, stable = ok && orbit.stable(system.forced());
+        if (attempt == 0 || stable || orbit.status == Status::interrupted)
+            found = std::move(orbit);
+        if (!ok || stable)
+            break;
+        transient = 4 * std::max(transient, 1.0);
+    }
+    return found;
 }
 
 /// The orbit near the solution from x0 at t0 (phase zero if 0), stable or not: `turns` forcing

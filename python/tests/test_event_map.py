@@ -202,7 +202,9 @@ def test_progress_counts_to_the_end():
     fp.event_map(fp.models.oscillator, samples=16, progress=lambda *at: seen.append(at))
     assert seen == [(k, 32) for k in range(1, 33)]
     seen.clear()
-    fp.lyapunov(fp.models.oscillator, transient=150, window=50, progress=lambda *at: seen.append(at))
+    fp.lyapunov(
+        fp.models.oscillator, transient=150, window=50, progress=lambda *at: seen.append(at)
+    )
     assert seen[-1] == (200, 200)
     assert [done for done, _ in seen] == sorted({done for done, _ in seen})
 
