@@ -412,3 +412,35 @@ TEST_CASE("branch: an excursion from a slide that shrinks to nothing next to whe
     }
     CHECK(runs >= 4);
 }
+
+TEST_CASE("branch: a grazing just before another that ends the word is not stepped over",
+          "[branch]") {
+    // 3 turns: the branch is closed; 3e-5 beyond its grazing the orbit without slides grazes
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 0.52568;
+    p[1] = 2.30292;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    const Branch branch = BranchTracer(*system, 0, 0.1, 4).trace(orbit.cycle);
+    CHECK(branch.begin == branch.end);
+    CHECK(branch.end == "the branch is closed: it comes back to its start");
+    int grazings = 0;
+    for (const SpecialPoint& s : branch.special)
+        if (s.kind == Kind::grazing_sliding) {
+            ++grazings;
+            CHECK(s.cycle.p[0] == Approx(2.1254299585).epsilon(1e-9));
+            CHECK(s.word_before == "0-0-");
+            CHECK(s.word_after == "0-");
+        }
+    CHECK(grazings == 1);
+    // every point is a solution: plain runs over a cycle, where it is not too unstable for one
+    for (const BranchPoint& point : branch.points) {
+        const Cycle& c = point.cycle;
+        CAPTURE(c.p[0], c.word.string());
+        if (std::abs(point.multipliers[0]) < 1e3) {
+            const History run = system->run(c.t[0], c.x[0], c.end(c.size() - 1), c.p);
+            CHECK((run.x - c.x[0]).norm() < 1e-7);
+        }
+    }
+}

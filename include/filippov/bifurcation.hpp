@@ -123,10 +123,10 @@ inline std::vector<Test> tests(const AnySystem& system, const Cycle& c) {
     return all;
 }
 
-/// The tests behind the others: a segment that vanishes fails those at its ends, and a contact
-/// where the far side turns round fails the next segment's. Several if they have nothing to do with
-/// each other, as in the halves of a symmetric orbit.
-inline std::vector<Test> causes_of(std::vector<Test> failed, std::size_t n) {
+/// The tests behind the others: a segment that vanishes fails those at its ends and makes minima
+/// beside them, and a contact where the far side turns round fails the next segment's. Several if
+/// they have nothing to do with each other, as in the halves of a symmetric orbit.
+inline std::vector<Test> causes_of(std::vector<Test> failed, const Cycle& c) {
     const auto rank = [](const Test& test) {
         return test.what == Test::What::duration   ? 0
                : test.what == Test::What::far_side ? 1
@@ -137,14 +137,22 @@ inline std::vector<Test> causes_of(std::vector<Test> failed, std::size_t n) {
         return rank(a) != rank(b) ? rank(a) < rank(b) : a.value < b.value;
     });
     // by node: where a segment starts, or the node itself
-    const auto apart = [n](std::size_t i, std::size_t j) {
-        const std::size_t d = (i + n - j) % n;
+    const std::size_t n = c.size();
+    const auto apart = [&](const Test& test, const Test& cause) {
+        if (test.what == Test::What::nearest && cause.what == Test::What::duration) {
+            const auto from = [&](double t) {
+                return std::abs(std::remainder(test.least.t - t, c.period));
+            };
+            return std::min(from(c.t[cause.i]), from(c.end(cause.i))) >
+                   5 * std::abs(c.duration(cause.i));
+        }
+        const std::size_t d = (test.i + n - cause.i) % n;
         return std::min(d, n - d) > 1;
     };
     std::vector<Test> causes;
     for (const Test& test : failed)
         if (std::all_of(causes.begin(), causes.end(),
-                        [&](const Test& cause) { return apart(test.i, cause.i); }))
+                        [&](const Test& cause) { return apart(test, cause); }))
             causes.push_back(test);
     return causes;
 }

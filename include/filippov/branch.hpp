@@ -261,7 +261,8 @@ private:
             }
             std::vector<Test> failed = failures(cycle);
             if (!failed.empty()) {
-                const auto outcome = bifurcate(here, cycle, failed, branch, trouble);
+                const auto outcome =
+                    bifurcate(here, cycle, failed, branch, trouble, ds < 2 * settings_.min_step);
                 if (outcome == Outcome::retry)
                     continue;
                 ds =
@@ -346,12 +347,16 @@ private:
 
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
     Outcome bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
-                      Branch& branch, std::string& trouble) {
-        std::vector<Test> causes = causes_of(failed, beyond.size());
+                      Branch& branch, std::string& trouble, bool shortest) {
+        std::vector<Test> causes = causes_of(failed, beyond);
         const bool born = causes[0].what != Test::What::duration;
-        std::erase_if(causes, [born](const Test& test) {
+        const auto others = std::erase_if(causes, [born](const Test& test) {
             return born != (test.what != Test::What::duration);
         });
+        if (others > 0 && !shortest) { // which one comes first, a smaller step may tell
+            trouble = "several bifurcations at once";
+            return Outcome::retry;
+        }
         const Cycle before = here.shooting.unpack(here.z);
         std::vector<SlidingCondition> conditions = conditions_behind(before, beyond, causes);
         if (conditions.empty()) {

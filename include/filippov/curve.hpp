@@ -471,8 +471,7 @@ private:
     Outcome change_word(Place& here, const Vector& beyond, double ds,
                         const std::vector<Test>& failed, Branch& curve, std::string& trouble) {
         trouble = "several bifurcations of the same orbit at once";
-        const std::size_t n = here.shooting->word().size();
-        const std::vector<Test> causes = causes_of(failed, n);
+        const std::vector<Test> causes = causes_of(failed, here.cycle(beyond));
         if (causes.size() > 1)
             return Outcome::retry;
         const Test& cause = causes[0];
