@@ -115,6 +115,25 @@ inline Branch joined(const Branch& backward, const Branch& forward) {
     return all;
 }
 
+inline constexpr const char* closed = "the branch is closed: it comes back to its start";
+
+/// True if two cycles are one orbit, wherever they are cut.
+inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) {
+    const Vector scale = Shooting(system, b).scales(b);
+    const auto d = system.dim();
+    for (std::size_t k = 0; a.turns == b.turns && k < a.size(); ++k) {
+        const Cycle r = rotated(a, k);
+        const double T = b.period / b.turns, apart = r.t[0] - b.t[0];
+        const double shift = system.forced() ? T * std::round(apart / T) : apart;
+        bool same = r.word == b.word;
+        for (std::size_t i = 0; same && i < b.size(); ++i)
+            same = std::abs(r.t[i] - shift - b.t[i]) < 1e-7 * b.period &&
+                   (r.x[i] - b.x[i]).cwiseQuotient(scale.head(d)).norm() < 1e-7;
+        if (same)
+            return true;
+    }
+    return false;
+}
 /// The product of (mu - border) over the multipliers, but for the 1 that an autonomous system has.
 inline double border_test(const std::vector<std::complex<double>>& multipliers, double border,
                           bool forced) {
@@ -152,16 +171,14 @@ public:
         run(start, -1, backward, 0);
         // the start is the first point of both
         const std::size_t once = backward.points.empty() ? 0 : 1;
-        if (backward.end == closed)
-            forward.end = closed;
+        if (backward.end == detail::closed)
+            forward.end = detail::closed;
         else
             run(start, +1, forward, backward.points.size() - once);
         return detail::joined(backward, forward);
     }
 
 private:
-    static constexpr const char* closed = "the branch is closed: it comes back to its start";
-
     /// Where the tracer is: a point of a word's curve with its tangent.
     struct Place {
         Shooting shooting;
@@ -256,7 +273,7 @@ private:
                 continue;
             if (passes_start(here, cycle)) {
                 branch.points.push_back(point_of(start_));
-                branch.end = closed;
+                branch.end = detail::closed;
                 return false;
             }
             std::vector<Test> failed = failures(cycle);
@@ -298,26 +315,8 @@ private:
         const double fraction = (value - from) / (past - from);
         Cycle c = here.shooting.unpack(here.z + fraction * (here.shooting.pack(to) - here.z));
         c.p = start_.p;
-        return shoot(system_, c).ok() && same_orbit(c, start_);
+        return shoot(system_, c).ok() && detail::same_orbit(system_, c, start_);
     }
-    /// True if two cycles are one orbit, wherever they are cut.
-    bool same_orbit(const Cycle& a, const Cycle& b) const {
-        const Vector scale = Shooting(system_, b).scales(b);
-        const auto d = system_.dim();
-        for (std::size_t k = 0; a.turns == b.turns && k < a.size(); ++k) {
-            const Cycle r = detail::rotated(a, k);
-            const double T = b.period / b.turns, apart = r.t[0] - b.t[0];
-            const double shift = system_.forced() ? T * std::round(apart / T) : apart;
-            bool same = r.word == b.word;
-            for (std::size_t i = 0; same && i < b.size(); ++i)
-                same = std::abs(r.t[i] - shift - b.t[i]) < 1e-7 * b.period &&
-                       (r.x[i] - b.x[i]).cwiseQuotient(scale.head(d)).norm() < 1e-7;
-            if (same)
-                return true;
-        }
-        return false;
-    }
-
     std::vector<Test> failures(const Cycle& c) const {
         std::vector<Test> failed;
         for (const Test& test : tests(system_, c))

@@ -85,7 +85,9 @@ public:
     Curve trace(const CurveStart& start) {
         Branch forward, backward;
         run(start, +1, forward);
-        if (start.growing < 0 && start.growing_rate == 0)
+        if (forward.end == detail::closed)
+            backward.end = detail::closed;
+        else if (start.growing < 0 && start.growing_rate == 0)
             run(start, -1, backward);
         else
             backward.end = "a point of codimension two";
@@ -227,6 +229,7 @@ private:
         if (first.ok())
             here->t = here->curve->tangent(J, here->t);
         curve.points.push_back(point_of(*here, here->z));
+        start_ = here->cycle(here->z);
         detail::walk(system_, settings_, curve,
                      [&](double& ds) { return advance(*here, ds, curve); });
     }
@@ -280,6 +283,11 @@ private:
             if (is_sliding(here.kind))
                 for (const Kind kind : {Kind::fold, Kind::flip})
                     smooth_point(here, length, kind, next.multipliers, curve);
+            if (passes_start(here, z, length)) {
+                curve.points.push_back(curve.points.front());
+                curve.end = detail::closed;
+                return false;
+            }
             curve.points.push_back(std::move(next));
             if (last) {
                 curve.end = "bound of the parameters";
@@ -296,6 +304,29 @@ private:
         curve.status = Status::not_converged;
         curve.end = trouble;
         return false;
+    }
+
+    /// True if the step from `here` to z goes through the start again.
+    bool passes_start(const Place& here, const Vector& z, double length) const {
+        const Vector way = here.t.cwiseProduct(here.curve->scale());
+        const auto first = here.shooting->rows();
+        const std::size_t k = std::abs(here.t[first]) > std::abs(here.t[first + 1]) ? 0 : 1;
+        const auto from = [&](const Vector& u, const Matrix&) {
+            return here.parameter(u, k) - start_.p[box_.parameters[k]];
+        };
+        const Matrix none;
+        const double f0 = from(here.z, none), f1 = from(z, none);
+        if (!(f0 * f1 < 0))
+            return false;
+        // only where a straight step comes near in the other parameter, too
+        const std::size_t other = 1 - k;
+        const double apart = here.parameter(here.z, other) +
+                             f0 / (f0 - f1) * length * way[first + Eigen::Index(other)] -
+                             start_.p[box_.parameters[other]];
+        if (!(std::abs(apart) <= length * box_.width(other)))
+            return false;
+        const Located at = zero_along(*here.curve, here.z, here.t, length, from, f0, f1);
+        return at.ok() && detail::same_orbit(system_, here.cycle(at.z), start_);
     }
 
     /// Normalizes the null vector anew where it has turned so far from the one at the start that
@@ -585,6 +616,7 @@ private:
     const AnySystem& system_;
     Box box_;
     BranchSettings settings_;
+    Cycle start_; ///< of the curve being followed
     std::vector<Degenerate> degenerate_;
 };
 
