@@ -7,8 +7,10 @@
 #include <filippov/models/quartet.hpp>
 #include <filippov/trajectory.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 
 using namespace filippov;
 using enum EventKind;
@@ -782,4 +784,58 @@ TEMPLATE_TEST_CASE("H28: a section is found on a slide", "[hard]", DormandPrince
     for (int k = 1; (k * pi - 1) / 20 < 3; ++k)
         roots.push_back({section, (k * pi - 1) / 20});
     check_events(r.events, roots, 1e-13);
+}
+
+TEST_CASE("slides in closed form: shallow excursions beyond the boundary are exits, wherever the "
+          "windows lie",
+          "[hard]") {
+    // s(t) = (A cos omega t - y0 - t)/4, shifted so that a local extremum passes +-1 by 1e-6 to
+    // 1e-2
+    const models::Oscillator sys;
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> u(0, 1);
+    int exits = 0;
+    for (int k = 0; k < 4000; ++k) {
+        auto p = default_params<models::Oscillator>();
+        p[0] = 0.9 + 3.1 * u(random);
+        p[1] = 0.5 + 2.7 * u(random);
+        const double A = p[0], omega = p[1], period = 2 * 3.141592653589793 / omega;
+        const double t0 = period * u(random), depth = std::pow(10.0, -6 + 4 * u(random));
+        const int side = u(random) < 0.5 ? -1 : 1;
+        // s' = 0 where sin(omega t) = -1/(A omega); s rises or falls between
+        if (!(A * omega > 1))
+            continue;
+        const double a = std::asin(1 / (A * omega));
+        const double phase = side < 0 ? 3.141592653589793 + a : -a; // of a minimum, a maximum of s
+        double extremum = std::fmod(phase / omega - t0, period);
+        while (extremum < 0.05 * period)
+            extremum += period;
+        const auto drift = [&](double t) { return A * std::cos(omega * (t0 + t)) - t; };
+        const double y0 = drift(extremum) - 4 * side * (1 + depth);
+        const auto margin = [&](double t) { return 1 - std::abs(drift(t) - y0) / 4; };
+        // the first exit: on a fine grid that has this extremum as a point
+        const int n = 2000;
+        double before = -1, beyond = -1;
+        if (!(margin(0) > 1e-3))
+            continue;
+        for (int i = 0; beyond < 0 && i <= n; ++i) {
+            const double t = extremum * i / n;
+            (margin(t) > 0 ? before : beyond) = t;
+        }
+        for (int i = 0; i < 60; ++i) {
+            const double middle = (before + beyond) / 2;
+            (margin(middle) > 0 ? before : beyond) = middle;
+        }
+        EventLog<double, 2, 1> log;
+        const auto settings = tolerance<2>(1e-9);
+        flow(sys, p, Vec<double, 2>(y0, 1), t0, t0 + extremum + period, settings, log);
+        const auto found = std::find_if(log.events.begin(), log.events.end(), [](const auto& e) {
+            return e.kind == EventKind::exit_sliding;
+        });
+        CAPTURE(k, A, omega, t0, y0, depth);
+        REQUIRE(found != log.events.end());
+        CHECK(found->t - t0 == Approx(beyond).margin(1e-6));
+        ++exits;
+    }
+    CHECK(exits > 2000);
 }

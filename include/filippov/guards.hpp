@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -109,7 +110,9 @@ template <class S, std::size_t Capacity> struct Trace {
     /// True unless the probes show that the guard stays clear of zero.
     ///
     /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
-    /// spread of the probes at most, and 0.01 if they rise or fall all the way.
+    /// spread of the probes at most, and 0.01 if they rise or fall all the way; between equidistant
+    /// probes an eighth of the largest second difference, which is doubled here, since they may not
+    /// show it.
     /// @param may_swing  nothing bounds the length of the step against the guard's swings
     template <class Times> FILIPPOV_INLINE bool doubtful(bool may_swing) const {
         if (sense == S(0))
@@ -117,6 +120,8 @@ template <class S, std::size_t Capacity> struct Trace {
         const Range<S> r = order > 0 ? divided_range<Times>() : range<Times>();
         if (may_swing && !follows_cubic<Times>(r))
             return !(r.low > S(2) * r.spread());
+        if (Times::equidistant && order == 0)
+            return !(r.low > S(0.25) * bend<Times>());
         return !(r.low > S(0.3) * r.spread()) &&
                !(r.low > S(0.03) * r.spread() && order == 0 && turns<Times>() == 0);
     }
@@ -145,11 +150,13 @@ template <class S, std::size_t Capacity> struct Trace {
     }
 
     /// The first probe that is not positive, if those up to it plainly fall through zero (having
-    /// risen before, perhaps): then the root lies between it and the one before. 0 if that is not
-    /// so plain, or the probes are stages, whose values are not those of the solution.
+    /// risen before, perhaps, but clear of it): then the root lies between it and the one before. 0
+    /// if that is not so plain, or the probes are stages, whose values are not those of the
+    /// solution.
     template <class Times> std::size_t falls_through() const {
         if (order > 0 || !follows_cubic<Times>(range<Times>()))
             return 0;
+        const S clear = S(0.25) * bend<Times>();
         S previous = start;
         bool falls = false;
         for (std::size_t k = 1; k <= Times::n; ++k) {
@@ -157,6 +164,8 @@ template <class S, std::size_t Capacity> struct Trace {
                 return 0;
             if (!(probe[k] > S(0)))
                 return k;
+            if (!(previous > clear)) // a dip may be hidden before or behind it
+                return 0;
             falls = probe[k] < previous;
             previous = probe[k];
         }
@@ -182,6 +191,14 @@ template <class S, std::size_t Capacity> struct Trace {
     }
 
 private:
+    /// The largest second difference of equidistant values.
+    template <class Times> S bend() const {
+        using std::abs;
+        S largest = abs(start - S(2) * probe[1] + probe[2]);
+        for (std::size_t k = 1; k + 2 <= Times::n; ++k)
+            largest = std::max(largest, abs(probe[k] - S(2) * probe[k + 1] + probe[k + 2]));
+        return largest;
+    }
     /// True if equidistant probes follow a cubic: their fourth differences, 0.08 of the amplitude
     /// for half a swing and up to 16 of it for many, are small.
     template <class Times> bool follows_cubic(const Range<S>& r) const {
