@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/models/coulomb.hpp>
 #include <filippov/orbit.hpp>
 
 #include <cmath>
@@ -229,4 +230,36 @@ TEST_CASE("orbit: beside a flip, the stable one, and once", "[orbit]") {
     const Orbit found = settle(*system, cycle.p, lost.x_start, {.transient = 20});
     REQUIRE(found.status == Status::ok);
     CHECK(found.stable(true));
+}
+
+TEST_CASE("orbit: with static friction slides end at s_max", "[orbit]") {
+    const auto system = any_system(models::Stiction{});
+    for (const auto& [A, omega] : {std::pair{2.0, 1.2}, {4.0, 0.8}}) {
+        CAPTURE(A, omega);
+        const Orbit orbit = settle(*system, oscillator_params(*system, A, omega), point({0, 0}));
+        REQUIRE(orbit.status == Status::ok);
+        const History run = system->run(orbit.t_start, orbit.x_start,
+                                        orbit.t_start + orbit.cycle.period, orbit.cycle.p);
+        CHECK((run.x - orbit.x_start).norm() < 1e-9);
+        bool left = false;
+        for (const Happening& e : run.events)
+            if (e.kind == EventKind::exit_sliding) {
+                // (A cos(omega t) - y)/(weight mu_0) = +-mu_s/mu_0
+                const double s = (A * std::cos(omega * e.t) - e.x[0]) / 3;
+                CHECK(std::abs(s) == Approx(4.0 / 3).epsilon(1e-9));
+                left = true;
+            }
+        CHECK(left);
+        // the monodromy matrix, by runs of neighbours on the surface
+        if (run.mode == 0) {
+            const double d = 1e-5;
+            const auto end = [&](double off) {
+                return system
+                    ->run(orbit.t_start, orbit.x_start + point({off, 0}),
+                          orbit.t_start + orbit.cycle.period, orbit.cycle.p)
+                    .x[0];
+            };
+            CHECK(orbit.monodromy(0, 0) == Approx((end(d) - end(-d)) / (2 * d)).epsilon(1e-6));
+        }
+    }
 }

@@ -42,7 +42,7 @@ struct Directions {
 struct Quantity {
     enum class Kind : unsigned char {
         h,      ///< the switching function, along the field of side `side`
-        margin, ///< 1 + s (side -1) or 1 - s (side +1), along the sliding field
+        margin, ///< s_max + s (side -1) or s_max - s (side +1), along the sliding field
     };
     Kind kind = Kind::h;
     int side = -1;
@@ -314,7 +314,8 @@ public:
                 sample.value[0] = mode * sys_.h(t, y, q);
             } else {
                 const auto margin = sliding_margin(sys_, m, t, y, q);
-                sample.value = {margin.below, margin.above};
+                const double beyond = filippov::s_max(sys_, q) - 1;
+                sample.value = {margin.below + beyond, margin.above + beyond};
             }
             samples.push_back(sample);
         };
@@ -484,8 +485,9 @@ private:
     template <class D>
     D quantity_of(const Quantity& q, const D& t, const Vec<D, N>& x, const Vec<D, P>& p) const {
         const auto margin = [&](const auto& time, const auto& y, const auto& r) {
+            using S = std::remove_cvref_t<decltype(time)>;
             const auto m = sliding_margin(sys_, Mode<1>{}, time, y, r);
-            return q.side < 0 ? m.below : m.above;
+            return S((q.side < 0 ? m.below : m.above) + (filippov::s_max(sys_, r) - S(1)));
         };
         const bool is_h = q.kind == Quantity::Kind::h;
         if (q.order == 0)

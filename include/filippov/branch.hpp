@@ -52,7 +52,7 @@ struct BranchSettings {
     double first_step = 0.01; ///< in units of the orbit's size and the bounds' width
     double max_step = 0.05;
     double min_step = 1e-7;
-    int max_points = 2000; ///< in each direction
+    int max_points = 2000; ///< steps in each direction
     /// May be empty. Called with the number of points so far, in both directions together.
     std::function<void(std::size_t points)> progress{};
 };
@@ -117,6 +117,11 @@ inline Branch joined(const Branch& backward, const Branch& forward) {
 
 inline constexpr const char* closed = "the branch is closed: it comes back to its start";
 
+/// Beyond this no digit of the other multipliers is left, and few of the orbit's.
+inline constexpr double largest_multiplier = 1e12;
+inline constexpr const char* too_unstable =
+    "the orbit is too unstable for double precision: a multiplier of 1e12";
+
 /// True if two cycles are one orbit, wherever they are cut.
 inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) {
     const Vector scale = Shooting(system, b).scales(b);
@@ -157,6 +162,17 @@ inline Kind named(const SlidingCondition& s,
 
 } // namespace detail
 
+namespace detail {
+
+/// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
+/// the four.
+inline void refuse_static_friction(const AnySystem& system, const Vector& p) {
+    if (const double limit = system.s_max(p); !(limit == 1))
+        refuse("s_max", limit, "expected 1, no static friction");
+}
+
+} // namespace detail
+
 /// Follows periodic orbits over one parameter.
 class BranchTracer {
 public:
@@ -165,7 +181,9 @@ public:
         : system_(system), parameter_(parameter), low_(low), high_(high), settings_(settings) {}
 
     /// The branch through a solved cycle, in both directions.
+    /// @error std::invalid_argument for a system with static friction
     Branch trace(const Cycle& start) {
+        detail::refuse_static_friction(system_, start.p);
         Branch backward, forward;
         start_ = start;
         run(start, -1, backward, 0);
@@ -287,9 +305,18 @@ private:
                 return outcome == Outcome::switched;
             }
             BranchPoint next = point_of(cycle, here.shooting.arcs_in(J));
-            smooth_bifurcations(here, here.curve.tangent(J, here.t), here.along(z), branch, next);
+            if (!(std::abs(next.multipliers[0]) < detail::largest_multiplier)) {
+                trouble = detail::too_unstable;
+                break;
+            }
+            const bool merged = smooth_bifurcations(here, here.curve.tangent(J, here.t),
+                                                    here.along(z), branch, next);
             if (system_.interrupted())
                 return false;
+            if (merged) {
+                branch.end = "it ends on the orbit of half its period, which flips there";
+                return false;
+            }
             branch.points.push_back(std::move(next));
             if (last) {
                 branch.end = "bound of the parameter";
@@ -388,6 +415,16 @@ private:
         const auto next = !born                    ? parent(conditions[0])
                           : conditions.size() == 1 ? child(conditions[0])
                                                    : children(conditions);
+        if (next) {
+            const Cycle after = next->shooting.unpack(next->z);
+            const Cycle one = detail::shortest(system_, after);
+            if (one.period < 0.9 * after.period) { // passed several times, and met at each
+                special[0].word_after = one.word.string();
+                branch.special.push_back(std::move(special[0]));
+                branch.end = "it ends on an orbit of a part of its period";
+                return Outcome::ended;
+            }
+        }
         for (SpecialPoint& s : special) {
             if (next)
                 s.word_after = next->shooting.word().string();
@@ -606,25 +643,44 @@ private:
         return best;
     }
 
-    void smooth_bifurcations(const Place& here, const Vector& t, double ds, Branch& branch,
+    /// A smooth bifurcation within a step, and how far along.
+    struct Passed {
+        double along;
+        SpecialPoint special;
+    };
+
+    /// Those within the step from `here`, in their order. True if the branch ends at the last: on
+    /// an orbit of half its period.
+    bool smooth_bifurcations(const Place& here, const Vector& t, double ds, Branch& branch,
                              const BranchPoint& next) {
+        std::vector<Passed> passed;
+        const auto& before = branch.points.back().multipliers;
         // Where a segment is born the parameter may begin like the square of its length: a slope of
         // nothing but rounding, and no fold.
         if (std::abs(here.slope()) > 1e-9 && here.slope() * t[t.size() - 1] < 0)
-            locate(here, t, ds, Kind::fold, branch, next.multipliers);
-        if (here.fresh) // multipliers jump where the word changes
-            return;
-        const auto& before = branch.points.back().multipliers;
-        if (flip_test(before) * flip_test(next.multipliers) < 0)
-            locate(here, t, ds, Kind::flip, branch, next.multipliers);
-        const bool pairs = before.size() == next.multipliers.size() && torus_test(before) < 1 &&
-                           torus_test(next.multipliers) < 1;
-        if (pairs && torus_test(before) * torus_test(next.multipliers) < 0)
-            locate(here, t, ds, Kind::neimark_sacker, branch, next.multipliers);
+            passed.push_back(locate(here, t, ds, Kind::fold, branch, next.multipliers));
+        if (!here.fresh) { // multipliers jump where the word changes
+            if (flip_test(before) * flip_test(next.multipliers) < 0)
+                passed.push_back(locate(here, t, ds, Kind::flip, branch, next.multipliers));
+            const bool pairs = before.size() == next.multipliers.size() && torus_test(before) < 1 &&
+                               torus_test(next.multipliers) < 1;
+            if (pairs && torus_test(before) * torus_test(next.multipliers) < 0)
+                passed.push_back(
+                    locate(here, t, ds, Kind::neimark_sacker, branch, next.multipliers));
+        }
+        std::stable_sort(passed.begin(), passed.end(),
+                         [](const Passed& a, const Passed& b) { return a.along < b.along; });
+        for (Passed& p : passed) {
+            const bool merges = p.special.kind == Kind::fold && halve(p.special);
+            branch.special.push_back(std::move(p.special));
+            if (merges)
+                return true;
+        }
+        return false;
     }
 
-    void locate(const Place& here, const Vector& t, double ds, Kind kind, Branch& branch,
-                const std::vector<std::complex<double>>& after) {
+    Passed locate(const Place& here, const Vector& t, double ds, Kind kind, Branch& branch,
+                  const std::vector<std::complex<double>>& after) {
         const auto test = [this, kind](const std::vector<std::complex<double>>& m) {
             return kind == Kind::flip ? flip_test(m) : torus_test(m);
         };
@@ -641,13 +697,13 @@ private:
             zero_along(here.curve, here.z, here.t, ds, value, fold ? here.slope() : test(before),
                        fold ? t[t.size() - 1] : test(after));
         branch.corrections += at.convergence.iterations;
-        if (system_.interrupted())
-            return;
-        SpecialPoint special;
+        // the last point before it if it was not located
+        const Vector& z = at.ok() ? at.z : here.z;
+        Passed passed{here.along(z), {}};
+        SpecialPoint& special = passed.special;
         special.kind = kind;
         special.convergence = at.convergence;
-        // the last point before it if it was not located
-        special.cycle = here.shooting.unpack(at.ok() ? at.z : here.z);
+        special.cycle = here.shooting.unpack(z);
         special.multipliers = floquet(system_, special.cycle);
         detail::normalize(system_, special.cycle);
         if (fold)
@@ -656,7 +712,39 @@ private:
             special.conditions = {
                 {kind == Kind::flip ? "det(M + 1)" : "|mu|^2 - 1", test(special.multipliers)}};
         special.word_before = special.word_after = here.shooting.word().string();
-        branch.special.push_back(special);
+        return passed;
+    }
+    /// A turn of the parameter that is the flip of an orbit of half the period: the branch comes
+    /// back on itself, half a period later. Then the flip of that orbit takes its place.
+    bool halve(SpecialPoint& special) const {
+        Cycle one = detail::shortest(system_, special.cycle, 1e-3);
+        if (!(std::abs(one.period - special.cycle.period / 2) < 0.01 * one.period))
+            return false;
+        // secant on the flip's test function, along the orbits of half the period
+        const double from = special.cycle.p[parameter_];
+        const auto at = [&](double value) {
+            one.p[parameter_] = value;
+            const Convergence c = shoot(system_, one);
+            return c.ok() ? flip_test(floquet(system_, one))
+                          : std::numeric_limits<double>::quiet_NaN();
+        };
+        double a = from, b = from + 1e-6 * (high_ - low_), fa = at(a), fb = at(b);
+        for (int k = 0; k < 20 && std::abs(b - a) > 1e-15 * std::abs(b) && fa != fb; ++k) {
+            const double next = b - fb * (b - a) / (fb - fa);
+            a = b;
+            fa = fb;
+            b = next;
+            fb = at(b);
+        }
+        if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < 1e-6 * (high_ - low_)))
+            return false;
+        special.kind = Kind::flip;
+        special.cycle = one;
+        special.multipliers = floquet(system_, one);
+        detail::normalize(system_, special.cycle);
+        special.conditions = {{"det(M + 1)", flip_test(special.multipliers)}};
+        special.word_after = one.word.string();
+        return true;
     }
     /// Of the multiplier nearest to 1, but for the one that an autonomous system has anyway.
     static double distance_to_one(const std::vector<std::complex<double>>& m) {

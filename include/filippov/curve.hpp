@@ -82,7 +82,10 @@ public:
     };
     const std::vector<Degenerate>& degenerate() const { return degenerate_; }
 
+    /// @error std::invalid_argument for a system with static friction
     Curve trace(const CurveStart& start) {
+        detail::refuse_static_friction(
+            system_, (is_sliding(start.kind) ? start.condition.cycle : start.cycle).p);
         Branch forward, backward;
         run(start, +1, forward);
         if (forward.end == detail::closed)
@@ -280,6 +283,10 @@ private:
                 return outcome == Outcome::switched;
             }
             BranchPoint next = point_of(here, z);
+            if (!(std::abs(next.multipliers[0]) < detail::largest_multiplier)) {
+                trouble = detail::too_unstable;
+                break;
+            }
             if (is_sliding(here.kind))
                 for (const Kind kind : {Kind::fold, Kind::flip})
                     smooth_point(here, length, kind, next.multipliers, curve);

@@ -574,10 +574,29 @@ inline void find_start(const AnySystem& system, Orbit& orbit) {
     orbit.monodromy = to_start.slope.leftCols(d + 1) * M;
 }
 
+/// A cycle that is an orbit already, whether Newton's iteration converges to it or not: at a fold
+/// the shortest step towards the solutions is next to nothing, but the Jacobian is singular.
+inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
+    Convergence c;
+    const Shooting shooting(system, cycle);
+    const auto e = shooting.evaluate(shooting.pack(cycle));
+    if (e.status != Status::ok || !e.F.allFinite() || !e.J.allFinite())
+        return c;
+    Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
+    solver.setThreshold(1e-6);
+    solver.compute(e.J * shooting.scales(cycle).asDiagonal());
+    c.step = solver.solve(e.F).norm();
+    if (c.step < 1e-9)
+        c.status = Status::ok;
+    return c;
+}
+
 /// Newton on a cycle, then all that belongs to an orbit.
 inline Orbit solve_orbit(const AnySystem& system, Cycle cycle) {
     Orbit orbit;
     orbit.convergence = shoot(system, cycle);
+    if (!orbit.convergence.ok() && !system.interrupted())
+        orbit.convergence = solved_already(system, cycle);
     orbit.cycle = std::move(cycle);
     orbit.status = orbit.convergence.status;
     if (system.interrupted()) {
@@ -679,9 +698,24 @@ inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, 
 namespace detail {
 
 /// A solved cycle without repetitions of itself.
-inline Cycle shortest(const AnySystem& system, const Cycle& c) {
+/// @param tolerance  of times and states, in units of the orbit
+inline Cycle shortest(const AnySystem& system, const Cycle& c, double tolerance = 1e-7) {
     const std::size_t n = c.size();
     const Vector scale = Shooting(system, c).scales(c).head(system.dim());
+    const auto near = [&](const Vector& a, const Vector& b) {
+        return (a - b).cwiseQuotient(scale).norm() < tolerance;
+    };
+    if (n == 1 && c.word[0].until == Until::phase) {
+        for (int turns = 1; turns < c.turns; ++turns) {
+            Cycle one = c;
+            one.turns = turns;
+            one.period = c.period * turns / c.turns;
+            if (c.turns % turns == 0 &&
+                near(system.arc(c.word[0].mode, c.t[0], c.x[0], one.end(0), c.p, {}).value, c.x[0]))
+                return one;
+        }
+        return c;
+    }
     for (std::size_t part = 1; part < n; ++part) {
         const auto times = int(n / part);
         if (n % part != 0 || (system.forced() && c.turns % times != 0))
@@ -691,8 +725,9 @@ inline Cycle shortest(const AnySystem& system, const Cycle& c) {
         for (std::size_t i = 0; same && i < n; ++i) {
             const std::size_t j = (i + part) % n;
             same = c.word[i] == c.word[j] &&
-                   std::abs(std::remainder(c.t[j] - c.t[i] - period, c.period)) < 1e-7 * c.period &&
-                   (c.x[j] - c.x[i]).cwiseQuotient(scale).norm() < 1e-7;
+                   std::abs(std::remainder(c.t[j] - c.t[i] - period, c.period)) <
+                       tolerance * c.period &&
+                   near(c.x[j], c.x[i]);
         }
         if (!same)
             continue;
@@ -714,7 +749,7 @@ inline Orbit solve_shortest(const AnySystem& system, const Cycle& cycle) {
     if (orbit.status != Status::ok)
         return orbit;
     const Cycle one = shortest(system, orbit.cycle);
-    return one.size() < orbit.cycle.size() ? solve_orbit(system, one) : orbit;
+    return one.period < 0.9 * orbit.cycle.period ? solve_orbit(system, one) : orbit;
 }
 
 /// The orbit that a solution comes back to from x at phase zero: the first stable one, else the
