@@ -180,7 +180,7 @@ def bifurcation_set(
         integer("lines", lines),
         integer("starts", starts),
         integer("max_turns", max_turns),
-        number("transient", transient, "expected a number >= 0", above=-1e-300),
+        number("transient", transient, "expected a number >= 0", least=0.0),
         number("window", window, "expected a number > 0", above=0.0),
         integer("max_curves", max_curves),
         number("first_step", first_step, "expected a number > 0", above=0.0),

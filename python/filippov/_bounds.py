@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from ._check import number, refuse
 from ._system import System
 from ._types import Floats
 
-__all__ = ["Bounds", "box", "ranges"]
+__all__ = ["Bounds", "box", "interval", "ranges"]
 
-Bounds = Mapping[str, tuple[float, ...]]
+Bounds = Mapping[str, Sequence[float] | Floats]
 
 
 def ranges(sys: System, bounds: Bounds, most: int = 2) -> list[tuple[float, ...]]:
@@ -23,21 +24,22 @@ def ranges(sys: System, bounds: Bounds, most: int = 2) -> list[tuple[float, ...]
         refuse("bounds", bounds, f"expected a mapping with {expected}", TypeError)
     if set(bounds) != set(sys.state):
         refuse("bounds", bounds, f"expected a mapping with {expected}")
-    spans = []
-    for name in sys.state:
-        label = f"bounds[{name!r}]"
-        try:
-            span = tuple(bounds[name])
-        except TypeError:
-            refuse(label, bounds[name], "expected (low, high)", TypeError)
-        if not 2 <= len(span) <= most:
-            cells = " or (low, high, cells)" if most > 2 else ""
-            refuse(label, span, f"expected (low, high){cells}")
-        low, high = (number(label, value) for value in span[:2])
-        if not low < high:
-            refuse(label, span, "expected low < high")
-        spans.append((low, high, *span[2:]))
-    return spans
+    return [interval(f"bounds[{name!r}]", bounds[name], most) for name in sys.state]
+
+
+def interval(name: str, given: object, most: int = 2) -> tuple[float, ...]:
+    """Low and high of any sequence of two numbers, and what follows, up to `most`."""
+    try:
+        span: tuple[Any, ...] = tuple(given)  # type: ignore[arg-type]
+    except TypeError:
+        refuse(name, given, "expected (low, high)", TypeError)
+    if not 2 <= len(span) <= most:
+        cells = " or (low, high, cells)" if most > 2 else ""
+        refuse(name, span, f"expected (low, high){cells}")
+    low, high = (number(name, value) for value in span[:2])
+    if not low < high:
+        refuse(name, span, "expected low < high")
+    return low, high, *span[2:]
 
 
 def box(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._check import integer, number, refuse
+from ._check import integer, number, refuse, word, words
 from ._cycle import node_events, without_point
 from ._orbit import Complexes, Orbit, orbit_from, precision
 from ._progress import Progress, ended, shown
@@ -342,7 +342,7 @@ def continuation(
     max_step, first_step : float
         Longest and first step, in units of the orbit's size and of the width of the bounds.
     max_points : int
-        Bound on the points of each direction.
+        Bound on the steps in each direction.
     rtol, atol, max_steps
         As in `periodic_orbit`; the tolerances by default those of `start`.
     progress : bool or function
@@ -547,10 +547,9 @@ def _special_from(
 
 
 def _one_parameter(start: Orbit, parameter: object) -> str:
-    if not isinstance(parameter, str) or parameter not in start.params:
-        known = ", ".join(start.params) or "none"
-        refuse("parameter", parameter, f"expected the name of one parameter: {known}")
-    return parameter
+    known = ", ".join(start.params) or "none"
+    expected = f"expected the name of one parameter: {known}"
+    return word("parameter", parameter, start.params, expected)
 
 
 def _bounds(
@@ -572,14 +571,7 @@ def _bounds(
 
 def _kinds(detect: str | Iterable[str]) -> tuple[str, ...]:
     expected = f'expected "all", or some of {", ".join(KINDS)}'
-    if isinstance(detect, str):
-        if detect == "all":
-            return KINDS
-        detect = [detect]
-    try:
-        asked = tuple(detect)
-    except TypeError:
-        refuse("detect", detect, expected, TypeError)
-    if not set(asked) <= set(KINDS):
-        refuse("detect", detect, expected)
+    if isinstance(detect, str) and detect == "all":
+        return KINDS
+    asked = words("detect", detect, KINDS, expected)
     return tuple(kind for kind in KINDS if kind in asked)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NoReturn
 
 import numpy as np
@@ -13,7 +13,20 @@ from numpy.typing import ArrayLike
 
 from ._types import Floats
 
-__all__ = ["choice", "integer", "number", "refuse", "span", "vector"]
+__all__ = [
+    "among",
+    "choice",
+    "flag",
+    "floats",
+    "integer",
+    "number",
+    "one_of",
+    "refuse",
+    "span",
+    "vector",
+    "word",
+    "words",
+]
 
 
 def refuse(
@@ -39,31 +52,68 @@ def number(
     expected: str = "expected a finite number",
     *,
     above: float = -math.inf,
+    least: float = -math.inf,
     below: float = math.inf,
     infinite: bool = False,
 ) -> float:
-    """Real number strictly between two bounds."""
+    """Real number strictly between two bounds, and not below `least`."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if not isinstance(value, numbers.Real):
         refuse(name, value, expected, TypeError)
-    result = float(value)
-    good = above < result and (result < below or (infinite and result == math.inf == below))
+    try:
+        result = float(value)
+    except OverflowError:
+        refuse(name, value, expected)
+    good = above < result >= least and (
+        result < below or (infinite and result == math.inf == below)
+    )
     if math.isnan(result) or not good:
         refuse(name, value, expected)
     return result
 
 
-def integer(name: str, value: object) -> int:
-    """Positive integer; a float that is one passes."""
+def integer(name: str, value: object, least: int = 1) -> int:
+    """Integer from `least` on, 0 or 1; a float that is one passes."""
+    expected = f"expected an integer {'>' if least else '>='} 0"
     if isinstance(value, (float, np.floating)) and float(value).is_integer():
         value = int(value)
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
-        refuse(name, value, "expected an integer > 0", TypeError)
+        refuse(name, value, expected, TypeError)
     result = int(value)
-    if not 0 < result < 2**63:
-        refuse(name, value, "expected an integer > 0 (and below 2**63)")
+    if not least <= result < 2**63:
+        refuse(name, value, f"{expected} (and below 2**63)")
     return result
+
+
+def flag(name: str, value: object) -> bool:
+    """Truth of what Python takes for true or false."""
+    try:
+        return bool(value)
+    except (TypeError, ValueError):
+        refuse(name, value, "expected True or False", TypeError)
+
+
+def among(value: object, accepted: Collection[int]) -> bool:
+    """Whether this is a number, and one of the accepted."""
+    return isinstance(value, numbers.Real) and value in accepted
+
+
+def one_of(name: str, value: object, accepted: Collection[int], expected: str) -> int:
+    """One of the accepted integers."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not among(value, accepted):
+        refuse(name, value, expected)
+    return int(value)  # type: ignore[call-overload, no-any-return]
+
+
+def floats(name: str, value: ArrayLike, expected: str) -> Floats:
+    """Array of any shape."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, value, expected, TypeError)
 
 
 def vector(name: str, value: ArrayLike, size: int, names: tuple[str, ...] = ()) -> Floats:
@@ -86,11 +136,31 @@ def vector(name: str, value: ArrayLike, size: int, names: tuple[str, ...] = ()) 
     return array
 
 
+def word(name: str, value: object, accepted: Collection[str], expected: str = "") -> str:
+    """One of the accepted words."""
+    if isinstance(value, str) and value in accepted:
+        return str(value)
+    refuse(name, value, expected or "expected one of " + ", ".join(map(repr, accepted)))
+
+
+def words(
+    name: str, value: object, accepted: Collection[str], expected: str = ""
+) -> tuple[str, ...]:
+    """One of the accepted words, or several."""
+    expected = expected or "expected one or several of " + ", ".join(map(repr, accepted))
+    each: tuple[object, ...]
+    try:
+        each = (value,) if isinstance(value, str) else tuple(value)  # type: ignore[arg-type]
+    except TypeError:
+        refuse(name, value, expected, TypeError)
+    if not all(isinstance(one, str) and one in accepted for one in each):
+        refuse(name, value, expected)
+    return tuple(map(str, each))
+
+
 def choice(name: str, value: object, accepted: Mapping[str, int]) -> int:
     """Meaning of one of the accepted words."""
-    if isinstance(value, str) and value in accepted:
-        return accepted[value]
-    refuse(name, value, "expected one of " + ", ".join(map(repr, accepted)))
+    return accepted[word(name, value, accepted)]
 
 
 def span(name: str, value: float, forced: bool, least: float) -> float:

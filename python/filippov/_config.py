@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import _core
+from ._check import word
 
 __all__ = ["get_include", "show_config"]
 
@@ -36,10 +37,8 @@ def show_config(mode: str = "stdout") -> dict[str, str] | None:
         "numpy": np.__version__,
         "platform": platform.platform(),
     }
-    if mode == "dicts":
+    if word("mode", mode, ("stdout", "dicts"), "expected 'stdout' or 'dicts'") == "dicts":
         return config
-    if mode != "stdout":
-        raise ValueError(f"mode = {mode!r}: expected 'stdout' or 'dicts'")
     width = max(map(len, config))
     for name, value in config.items():
         sys.stdout.write(f"{name:{width}}  {value}\n")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import choice, integer, number, refuse, span, vector
+from ._check import choice, flag, integer, number, refuse, span, vector, words
 from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
@@ -274,7 +274,9 @@ def bifurcation_diagram(
     rows[:, list(fixed).index(parameter)] = values
     start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
     sections = _sections(section)
-    forced = "period" in sys.capabilities
+    # of a value of the swept parameter that leaves no period the status tells
+    swept_default = dict(zip(sys._model.params, sys._model.defaults, strict=True))[parameter]
+    forced = sys._forced(Params(dict(fixed) | {parameter: swept_default}))
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
     eighth_order = choice("method", method, METHODS)
@@ -292,6 +294,8 @@ def bifurcation_diagram(
     transient = span("transient", transient, forced, 0.0)
     keep = span("keep", keep, forced, math.ulp(0.0))
     chains = integer("chains", chains)
+    follow = flag("follow", follow)
+    skip_repeats = flag("skip_repeats", skip_repeats)
     if threads is not None:
         threads = integer("threads", threads)
     with shown(progress, "value") as show:
@@ -310,9 +314,9 @@ def bifurcation_diagram(
             -1 if surface is None else sys._surface(surface),
             transient,
             keep,
-            bool(follow),
+            follow,
             chains,
-            bool(skip_repeats),
+            skip_repeats,
             threads or 0,
             show,
         )
@@ -370,9 +374,10 @@ def _one_swept(
 
 def _sections(section: str | Sequence[str]) -> tuple[str, ...]:
     """Check where points are taken: a strobe, or kinds of event."""
-    words = (str(section),) if isinstance(section, str) else tuple(map(str, section))
-    if not words or any(word not in _SECTIONS for word in words):
-        refuse("section", section, f"expected one of {', '.join(_SECTIONS)}, or several events")
-    if len(words) > 1 and "strobe" in words:
+    expected = f"expected one of {', '.join(_SECTIONS)}, or several events"
+    kinds = words("section", section, _SECTIONS, expected)
+    if not kinds:
+        refuse("section", section, expected)
+    if len(kinds) > 1 and "strobe" in kinds:
         refuse("section", section, 'expected "strobe" alone, or kinds of event')
-    return words
+    return kinds

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import integer, number, refuse, vector
+from ._check import floats, integer, number, refuse, vector
 from ._progress import Progress, ended, shown
 from ._status import Status
 from ._system import Params, System
@@ -240,12 +240,13 @@ def event_map(
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a forced planar System with one surface", TypeError)
-    if sys.dim != 2 or sys.surfaces != 1 or sys.period() is None:
+    if sys.dim != 2 or sys.surfaces != 1 or "period" not in sys.capabilities:
         refuse("sys", sys.name, "expected a forced planar System with one surface")
     if "s_max" in sys.capabilities:
         refuse("sys", sys.name, "expected a system without static friction")
     iterate = integer("iterate", iterate)
     values = sys._merged(params)
+    sys._forced(values)
     samples = integer("samples", samples)
     if not 8 <= samples <= 1_000_000:
         refuse("samples", samples, "expected an integer from 8 to 1000000")
@@ -327,10 +328,7 @@ def _breakpoints(run: _core._Graph) -> Record:
 
 def _floats(name: str, value: ArrayLike) -> Floats:
     expected = "expected finite numbers"
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        refuse(name, value, expected, TypeError)
+    array = floats(name, value, expected)
     if not np.isfinite(array).all():
         refuse(name, value, expected)
     return array

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._bounds import Bounds, box
-from ._check import integer, number, refuse
+from ._bounds import Bounds, box, interval
+from ._check import integer, number, one_of, refuse, word
 from ._progress import ended
 from ._system import System
 from ._types import Floats
@@ -109,11 +109,11 @@ def tangencies(
     """
     one_surface(sys)
     time = number("t", t)
-    if side not in (None, -1, 1):
-        refuse("side", side, "expected -1 or +1, or None for both")
+    sides = [-1, 1]
+    if side is not None:
+        sides = [one_of("side", side, sides, "expected -1 or +1, or None for both")]
     low, high = box(sys, bounds)
     values = sys._values(params)
-    sides = [-1, 1] if side is None else [int(side)]
     run = _core.tangencies(sys._model, sides, time, low, high, values, seeds_of(seeds))
     return [tangency(each) for each in _found(run)]
 
@@ -160,7 +160,7 @@ def equilibria(
 def boundary_equilibria(
     sys: System,
     parameter: str,
-    span: tuple[float, float],
+    span: Sequence[float] | Floats,
     *,
     bounds: Bounds,
     params: Mapping[str, float] | None = None,
@@ -195,9 +195,8 @@ def boundary_equilibria(
     """
     one_surface(sys)
     names = list(sys.params)
-    if parameter not in names:
-        refuse("parameter", parameter, f"expected one of {', '.join(names) or 'none'}")
-    start, end = _interval(span)
+    parameter = word("parameter", parameter, names, f"expected one of {', '.join(names) or 'none'}")
+    start, end = interval("span", span)
     low, high = box(sys, bounds)
     values = sys._values(params)
     number_of_seeds = seeds_of(seeds)
@@ -244,17 +243,6 @@ def _equilibrium(record: dict[str, Any], param: dict[str, float]) -> Equilibrium
     content = {name: value for name, value in record.items() if name != "value"}
     content["x"], content["eigenvalues"] = tuple(record["x"]), tuple(record["eigenvalues"])
     return Equilibrium(**content, param=param)
-
-
-def _interval(span: Sequence[float]) -> tuple[float, float]:
-    if not isinstance(span, Sequence):
-        refuse("span", span, "expected (low, high)", TypeError)
-    if len(span) != 2:
-        refuse("span", span, "expected (low, high)")
-    low, high = (number("span", value) for value in span)
-    if not low < high:
-        refuse("span", span, "expected low < high")
-    return low, high
 
 
 def _autonomous(sys: System, low: Floats, high: Floats, params: Floats) -> None:

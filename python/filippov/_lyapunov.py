@@ -105,9 +105,9 @@ def lyapunov(
         refuse("sys", sys.name, "expected a System with one surface")
     values = sys._merged(params)
     start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
+    sys._forced(values)
     positive = "expected a finite number > 0"
-    if transient != 0:
-        transient = number("transient", transient, "expected a finite number >= 0", above=0.0)
+    transient = number("transient", transient, "expected a finite number >= 0", least=0.0)
     stretch = number("stretch", stretch, positive, above=0.0)
     window = number("window", window, positive, above=0.0)
     batches = integer("batches", batches)
@@ -124,7 +124,7 @@ def lyapunov(
             start,
             rtol,
             atol,
-            float(transient),
+            transient,
             window,
             stretch,
             batches,

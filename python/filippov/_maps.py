@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import integer, number, refuse
+from ._check import integer, number, one_of, refuse, word, words
 from ._event import KIND_NAMES
 from ._geometry import one_surface
 from ._progress import ended
@@ -99,7 +99,7 @@ def strobe_map(
         Within a fraction of a second of Ctrl-C.
     """
     one_surface(sys)
-    if sys.period() is None:
+    if "period" not in sys.capabilities:
         refuse("sys", sys.name, "expected a forced System with one surface")
     task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
     return task.result(_core.strobe_map(*task.arguments()))
@@ -156,18 +156,18 @@ def section_map(
         Within a fraction of a second of Ctrl-C.
     """
     one_surface(sys)
-    if str(section) not in _SECTIONS:
-        refuse("section", section, f"expected one of {', '.join(map(repr, _SECTIONS))}")
-    if after not in (None, -1, 0, 1):
-        refuse("after", after, "expected a mode, -1, 0 or +1, or None for all")
+    kind = KIND_NAMES.index(word("section", section, _SECTIONS))
+    target = _ALL
+    if after is not None:
+        expected = "expected a mode, -1, 0 or +1, or None for all"
+        target = one_of("after", after, (-1, 0, 1), expected)
     task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
     if max_time is None:
         period = sys.period(task.params)
         longest = 1000.0 if period is None else 50 * period
     else:
         longest = number("max_time", max_time, "expected a finite number > 0", above=0.0)
-    kind = KIND_NAMES.index(str(section))
-    run = _core.section_map(*task.arguments(), kind, _ALL if after is None else after, longest)
+    run = _core.section_map(*task.arguments(), kind, target, longest)
     return task.result(run)
 
 
@@ -187,6 +187,7 @@ class _Task:
     ) -> None:
         self.system = sys
         self.params = sys._merged(params)
+        sys._forced(self.params)
         self.wrt = _names(sys, wrt)
         self.t0, self.x0, self.single = _starts(sys, t0, x0)
         self.rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
@@ -234,11 +235,9 @@ class _Task:
         return np.moveaxis(column, 0, -1) if isinstance(column, np.ndarray) else column
 
 
-def _names(sys: System, wrt: str | Sequence[str]) -> list[str]:
-    names = [wrt] if isinstance(wrt, str) else list(wrt)
-    for name in names:
-        if name not in sys.params:
-            refuse("wrt", wrt, f"expected names among {', '.join(sys.params) or 'none'}")
+def _names(sys: System, wrt: str | Sequence[str]) -> tuple[str, ...]:
+    known = ", ".join(sys.params) or "none"
+    names = words("wrt", wrt, sys.params, f"expected names among {known}")
     if len(set(names)) != len(names):
         refuse("wrt", wrt, "expected each name once")
     return names

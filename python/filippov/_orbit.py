@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import integer, number, refuse, span, vector
+from ._check import flag, integer, number, one_of, refuse, span, vector
 from ._cycle import Cycle, node_events, without_point
 from ._event import EventKind
 from ._progress import ended
@@ -274,8 +274,8 @@ def periodic_orbit(
     if x0 is not None and guess is not None:
         refuse("x0", x0, "expected None where a guess is given")
     p = np.array(list(values.values()), dtype=np.float64)
-    forced = "period" in sys.capabilities
-    _refuse_periods(sys, values, forced)
+    forced = sys._forced(values)
+    raises = flag("raise_on_failure", raise_on_failure)
     limit = number("window", window, "expected a time > 0", above=0.0)
     if guess is None:
         start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
@@ -291,7 +291,7 @@ def periodic_orbit(
         found = _core.orbit_near(sys._model, p, t0, state, times, limit, *tolerances)
     orbit = orbit_from(sys, found, values, rtol, atol)
     ended(found["raised"], orbit=orbit)
-    if raise_on_failure and not orbit.success:
+    if raises and not orbit.success:
         raise OrbitError(orbit)
     return orbit
 
@@ -343,12 +343,6 @@ def _refuse_systems(sys: System) -> None:
         refuse("sys", sys.name, f"expected a system with one surface, it has {sys.surfaces}")
 
 
-def _refuse_periods(sys: System, params: Params, forced: bool) -> None:
-    period = sys._model.period(sys._values(params))
-    if forced and not (0 < period < np.inf):
-        refuse("params", params, f"expected a period > 0 of {sys.name}, got {period}")
-
-
 def _base_params(sys: System, guess: object) -> System:
     """Give the system with the values that `params` replaces."""
     if isinstance(guess, (Orbit, Trajectory)):
@@ -378,9 +372,7 @@ def _at_fixed_point(sys: System, point: FixedPoint, params: Params) -> tuple[flo
     T = sys.period(params)
     if sys.dim != 2 or T is None:
         refuse("sys", sys.name, "expected a planar system with a period, as the event map has")
-    boundary = int(point.boundary)
-    if boundary not in (-1, 1):
-        refuse("guess.boundary", point.boundary, "expected -1 or +1")
+    boundary = one_of("guess.boundary", point.boundary, (-1, 1), "expected -1 or +1")
     iterate = integer("guess.iterate", point.iterate)
     t0 = number("guess.phase", point.phase) / (2 * np.pi) * T
     start = _exit_point(sys, t0, boundary, params)

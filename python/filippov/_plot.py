@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._check import refuse
+from ._check import one_of, refuse, word, words
 from ._sliding_region import SlidingRegion, sliding_region
 from ._types import Bools, Floats
 
@@ -75,11 +75,14 @@ def plot_trajectory(
     """Draw a trajectory, one line for slip and one for sliding; see `Trajectory.plot`."""
     state = trajectory.system.state
     planar = len(state) == 2
+    known = (*state, "t", "s")
+    if x is not None:
+        x = word("x or y", x, known)
     if x is None:
         x = state[0] if planar and y is None else "t"
     if y is None:
         y = state[1] if planar and x != "t" else state
-    names = [y] if isinstance(y, str) else list(y)
+    names = words("x or y", y, known, "expected one of " + ", ".join(map(repr, known)))
     if not names:
         refuse("y", y, "expected a name or several")
 
@@ -174,15 +177,11 @@ def plot_diagram(
     forced = bool((diagram.forcing > 0).any())
     if y is None:
         y = "phase" if forced and diagram.section != ("strobe",) else diagram.state[0]
-    if y == "phase" and forced:
-        column = diagram.phase
-    elif y == "t_local":
-        column = diagram.t_local
-    elif y in diagram.state:
+    y = word("y", y, [*(["phase"] if forced else []), "t_local", *diagram.state])
+    if y in diagram.state:
         column = diagram.y[diagram.state.index(y)]
     else:
-        known = [*(["phase"] if forced else []), "t_local", *diagram.state]
-        refuse("y", y, f"expected one of {', '.join(map(repr, known))}")
+        column = diagram.phase if y == "phase" else diagram.t_local
     ax = _axes(ax)
     artists: list[Artist] = []
     for side, (colour, label) in SIDES.items():
@@ -202,9 +201,7 @@ def plot_sliding_boundary(
 ) -> list[Artist]:
     """Draw a boundary of the sliding region over the phase; see `SlidingBoundary.plot`."""
     state = boundary.system.state
-    y = state[0] if y is None else y
-    if y not in state:
-        refuse("y", y, f"expected one of {', '.join(map(repr, state))}")
+    y = state[0] if y is None else word("y", y, state)
     row = state.index(y)
     # both parts of the curve go up to the points between them
     cuts = [2 * np.pi * point.t / boundary.t[-1] for point in boundary.tangential]
@@ -235,8 +232,8 @@ def plot_event_map(
     graph: EventMap, ax: Axes | None, boundary: int | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
     """Draw a transition map with its diagonal and fixed points; see `EventMap.plot`."""
-    if boundary not in (None, -1, 1):
-        refuse("boundary", boundary, "expected -1 or +1, or None")
+    if boundary is not None:
+        boundary = one_of("boundary", boundary, (-1, 1), "expected -1 or +1, or None")
     returns = graph.true_exit & (graph.value_boundary == graph.boundary)
     drawn = [b for b in (-1, 1) if (graph.boundary[returns] == b).any()] or [-1, 1]
     drawn = drawn if boundary is None else [boundary]

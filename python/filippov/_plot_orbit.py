@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._check import refuse
+from ._check import word
 from ._plot import _axes, plot_trajectory
 from ._sliding_region import surface_curves
 from ._types import Floats
@@ -54,10 +54,12 @@ def plot_orbit(
     state = orbit.system.state
     if x is None:
         x = state[0] if len(state) == 2 and y is None else "t"
+    known = (*state, "t")
+    expected = f"expected names among {', '.join(known)}; y a component"
+    x = word("x", x, known, expected)
     if y is None:
         y = state[1] if len(state) == 2 and x != "t" else state[0]
-    if x not in (*state, "t") or y not in state:
-        refuse("x, y", (x, y), f"expected names among {', '.join((*state, 't'))}; y a component")
+    y = word("y", y, state, expected)
     run = orbit.trajectory()
     ax = _axes(ax)
     artists: list[Artist] = []
@@ -88,8 +90,7 @@ def plot_branch(
     if y is None:
         y = "phase" if phases else state[0]
     known = [*(["phase"] if phases else []), "period", "multiplier", *state]
-    if y not in known:
-        refuse("y", y, f"expected one of {', '.join(map(repr, known))}")
+    y = word("y", y, known)
     ax = _axes(ax)
     artists: list[Artist] = []
     labelled: set[bool] = set()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import choice, integer, number, refuse, vector
+from ._check import choice, flag, floats, integer, number, refuse, vector
 from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
 from ._status import Status
@@ -131,6 +131,8 @@ def simulate(
     policy = choice("on_nonunique", on_nonunique, POLICIES)
     times = None if t_eval is None else _times(t_eval, t0, t_end)
     watched = watch_all(events)
+    dense = flag("dense_output", dense_output)
+    raises = flag("raise_on_failure", raise_on_failure)
 
     run = _core.simulate(
         sys._model,
@@ -146,7 +148,7 @@ def simulate(
         max_steps,
         max_events,
         policy,
-        bool(dense_output),
+        dense,
         times,
         [watch.as_tuple() for watch in watched],
         run_params,
@@ -165,7 +167,7 @@ def simulate(
         sys, run, run_params, settings, None if events is None else len(watched)
     )
     ended(run["raised"], trajectory=trajectory)
-    if raise_on_failure and not trajectory.success:
+    if raises and not trajectory.success:
         raise SimulationError(trajectory)
     return trajectory
 
@@ -210,20 +212,14 @@ def _span(t_span: tuple[float, float]) -> tuple[float, float]:
 def absolute_tolerance(atol: ArrayLike, dim: int) -> Floats:
     """Check an absolute tolerance: one number for all components, or one each."""
     expected = f"expected a finite number >= 0, or {dim} of them"
-    try:
-        array = np.asarray(atol, dtype=np.float64)
-    except (TypeError, ValueError):
-        refuse("atol", atol, expected, TypeError)
+    array = floats("atol", atol, expected)
     if array.shape not in ((), (dim,)) or not (np.isfinite(array) & (array >= 0)).all():
         refuse("atol", atol, expected)
     return np.ascontiguousarray(np.broadcast_to(array, (dim,)))
 
 
 def _times(t_eval: ArrayLike, t0: float, t_end: float) -> Floats:
-    try:
-        times = np.array(t_eval, dtype=np.float64)
-    except (TypeError, ValueError):
-        refuse("t_eval", t_eval, "expected an array of numbers", TypeError)
+    times = floats("t_eval", t_eval, "expected an array of numbers").copy()
     if times.ndim != 1:
         refuse("t_eval", times, f"expected one dimension, got shape {times.shape}")
     low, high = min(t0, t_end), max(t0, t_end)

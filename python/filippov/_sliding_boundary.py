@@ -111,12 +111,13 @@ def sliding_boundaries(
     """
     expected = "expected a forced planar System with one surface"
     one_surface(sys)
-    if sys.dim != 2 or sys.period() is None:
+    if sys.dim != 2 or "period" not in sys.capabilities:
         refuse("sys", sys.name, expected)
     if "s_max" in sys.capabilities:
         refuse("sys", sys.name, "expected a system without static friction")
     low, high = box(sys, bounds)
     values = sys._merged(params)
+    sys._forced(values)
     steps = integer("samples", samples)
     if not 8 <= steps <= MOST_SAMPLES:
         refuse("samples", samples, f"expected an integer from 8 to {MOST_SAMPLES}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import number, refuse
+from ._check import among, floats, number, one_of, refuse
 from ._types import FloatOrArray, Floats
 
 __all__ = ["Params", "System", "restore"]
@@ -305,17 +305,22 @@ class System:
             )
         return text
 
+    def _forced(self, params: Params) -> bool:
+        """Whether there is a forcing; one that does not come back is refused."""
+        forced = "period" in self.capabilities
+        period = self._model.period(self._values(params))
+        if forced and not 0 < period < np.inf:
+            refuse("params", params, f"expected a period > 0 of {self.name}, got {period}")
+        return forced
+
     def _values(self, params: Mapping[str, float] | None) -> Floats:
         return np.array(list(self._merged(params).values()), dtype=np.float64)
 
     def _points(self, t: ArrayLike, x: ArrayLike) -> tuple[Floats, Floats, bool]:
         """Shape times and states as the core takes them, and whether it is one point."""
         shape = f"expected shape ({self.dim},) or ({self.dim}, k)"
-        try:
-            times = np.asarray(t, dtype=np.float64)
-            points = np.asarray(x, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise TypeError(f"t = {t!r}, x = {x!r}: expected numbers") from None
+        times = floats("t", t, "expected numbers, one or shape (k,)")
+        points = floats("x", x, "expected numbers")
         if points.ndim not in (1, 2) or points.shape[0] != self.dim:
             refuse("x", points, f"{shape} for ({', '.join(self.state)}), got {points.shape}")
         if times.ndim > 1:
@@ -329,22 +334,22 @@ class System:
         return times, np.ascontiguousarray(points.T), single
 
     def _side(self, side: Side) -> list[int]:
-        each = [side] if isinstance(side, (int, np.integer)) else list(side)
-        if len(each) != self.surfaces or any(v not in (-1, 0, 1) for v in each):
-            what = (
-                "-1, 0 or +1"
-                if self.surfaces == 1
-                else f"{self.surfaces} of -1, 0 or +1, one a surface"
-            )
+        one = self.surfaces == 1
+        what = "-1, 0 or +1" if one else f"{self.surfaces} of -1, 0 or +1, one a surface"
+        try:
+            each = [side] if isinstance(side, (int, np.integer)) else list(side)
+        except TypeError:
+            refuse("side", side, f"expected {what}", TypeError)
+        if len(each) != self.surfaces or not all(among(v, (-1, 0, 1)) for v in each):
             refuse("side", side, f"expected {what}")
         if each.count(0) > 1:
             refuse("side", side, "expected sliding (0) on one surface at most")
         return [int(v) for v in each]
 
     def _surface(self, surface: int) -> int:
-        if surface not in range(self.surfaces):
-            refuse("surface", surface, f"expected an index below {self.surfaces}")
-        return int(surface)
+        return one_of(
+            "surface", surface, range(self.surfaces), f"expected an index below {self.surfaces}"
+        )
 
     def _others(self, surface: int, side: Side | None) -> list[int]:
         if side is None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import refuse
+from ._check import floats, integer, refuse
 from ._event import EventKind, mode_changes
 from ._status import SUCCESS, Status
 from ._system import Params, System
@@ -106,10 +106,7 @@ class Solution:
         return f"<Solution on [{self.t_min:.9g}, {self.t_max:.9g}], {len(self.ts) - 1} steps>"
 
     def _times(self, t: ArrayLike) -> Floats:
-        try:
-            times = np.asarray(t, dtype=np.float64)
-        except (TypeError, ValueError):
-            refuse("t", t, "expected a time or an array of times", TypeError)
+        times = floats("t", t, "expected a time or an array of times")
         if times.ndim > 1:
             refuse("t", times, f"expected a number or shape (k,), got shape {times.shape}")
         outside = ~((times >= self.t_min) & (times <= self.t_max))
@@ -182,8 +179,7 @@ class Trajectory:
             With dense output, how many points to give for each step of the integration; without
             it, the stretches have the trajectory's own points and their two ends.
         """
-        if points_per_step < 1:
-            refuse("points_per_step", points_per_step, "expected an integer > 0")
+        points_per_step = integer("points_per_step", points_per_step)
         log = self.events
         at = mode_changes(log)
         forward = log["t"][-1] >= log["t"][0]
@@ -221,7 +217,10 @@ class Trajectory:
         digits : int
             Digits after the point.
         """
-        log = self.events if last is None else self.events[max(len(self.events) - last, 0) :]
+        log = self.events
+        if last is not None:
+            log = log[max(len(log) - integer("last", last, least=0), 0) :]
+        digits = integer("digits", digits, least=0)
         several = self.system.surfaces > 1
         header = ["t", "event", "surface", "mode", *self.system.state, "s"]
         rows = [header]

@@ -129,3 +129,115 @@ def test_max_step_and_first_step_are_obeyed():
     assert np.diff(run.t).max() <= 0.01 * (1 + 1e-12)
     run = fp.simulate(**GOOD, first_step=1e-4)
     assert run.t[1] == pytest.approx(1e-4)
+
+
+# --- the other functions --------------------------------------------------------------------------
+
+BLOCK = fp.models.oscillator
+FREE = BLOCK.with_params(A=0)
+BOX = {"y": (-6, 6), "v": (-3, 3)}
+PAIR = np.array([1, -1])
+STILL = [{"omega": 0}, {"omega": -2.94}]
+
+
+@pytest.fixture(scope="module")
+def run():
+    return fp.simulate(**GOOD)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda: fp.tangencies(BLOCK, bounds=BOX, side=PAIR), ValueError, "side = [ 1, -1]: expec"),
+        (lambda: fp.section_map(BLOCK, [0, 0], after=PAIR), ValueError, "after = [ 1, -1]: expec"),
+        (lambda: fp.section_map(BLOCK, [0, 0], section=PAIR), ValueError, "section = [ 1, -1]: ex"),
+        (lambda: fp.lyapunov(BLOCK, transient=np.zeros(2)), TypeError, "transient = [0., 0.]: exp"),
+        (lambda: fp.lyapunov(BLOCK, window=10**400), ValueError, "window = 1000000"),
+        (lambda: fp.simulate(**GOOD, dense_output=PAIR), TypeError, "dense_output = [ 1, -1]: exp"),
+        (lambda: fp.simulate(**GOOD, raise_on_failure=PAIR), TypeError, "raise_on_failure = [ 1,"),
+        (lambda: fp.periodic_orbit(BLOCK, raise_on_failure=PAIR), TypeError, "raise_on_failure ="),
+        (lambda: fp.bifurcation_diagram(BLOCK, A=[1], follow=PAIR), TypeError, "follow = [ 1, -1]"),
+        (lambda: fp.bifurcation_diagram(BLOCK, A=[1], surface=PAIR), ValueError, "surface = [ 1,"),
+        (lambda: fp.bifurcation_diagram(BLOCK, A=[1], section=3), TypeError, "section = 3: expect"),
+        (
+            lambda: fp.boundary_equilibria(FREE, PAIR, (0, 1), bounds=BOX),
+            ValueError,
+            "parameter = [ 1, -1]: expected one of A",
+        ),
+        (lambda: BLOCK.field(0, [0, 0], 2.5), TypeError, "side = 2.5: expected -1, 0 or +1"),
+        (lambda: BLOCK.field(0, [0, 0], [PAIR]), ValueError, "side = "),
+        (lambda: BLOCK.h("now", [0, 0]), TypeError, "t = 'now': expected"),
+        (
+            lambda: BLOCK.normal_components(0, [0, 0], surface=PAIR),
+            ValueError,
+            "surface = [ 1, -1]: expected an index below 1",
+        ),
+        (lambda: fp.show_config(PAIR), ValueError, "mode = [ 1, -1]: expected 'stdout' or 'dicts'"),
+    ],
+)
+def test_arrays_and_others_where_one_value_is_expected(call, error, words):
+    with pytest.raises(error, match=re.escape(words)):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda run: list(run.segments(PAIR)), TypeError, "points_per_step = [ 1, -1]: expected"),
+        (lambda run: list(run.segments("two")), TypeError, "points_per_step = 'two': expected"),
+        (lambda run: run.event_table(PAIR), TypeError, "last = [ 1, -1]: expected an integer >= 0"),
+        (lambda run: run.event_table(-1), ValueError, "last = -1: expected an integer >= 0"),
+        (lambda run: run.event_table(digits=2.5), TypeError, "digits = 2.5: expected an integer"),
+        (lambda run: run.plot(x=PAIR), ValueError, "x or y = [ 1, -1]: expected one of 'y', 'v'"),
+        (lambda run: run.plot(y=3), TypeError, "x or y = 3: expected one of 'y', 'v', 't', 's'"),
+    ],
+)
+def test_what_is_asked_of_a_trajectory(run, call, error, words):
+    with pytest.raises(error, match=re.escape(words)):
+        call(run)
+
+
+@pytest.mark.parametrize("params", STILL)
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda params: fp.lyapunov(BLOCK, params=params),
+        lambda params: fp.event_map(BLOCK, params=params),
+        lambda params: fp.strobe_map(BLOCK, [0, 0], params=params),
+        lambda params: fp.section_map(BLOCK, [0, 0], params=params),
+        lambda params: fp.periodic_orbit(BLOCK, params=params),
+        lambda params: fp.sliding_boundaries(BLOCK, bounds=BOX, params=params),
+        lambda params: fp.bifurcation_diagram(BLOCK, A=[1, 2], params=params),
+        lambda params: fp.event_map(BLOCK.with_params(**params)),
+    ],
+)
+def test_a_forcing_that_does_not_come_back(call, params):
+    words = rf"params = Params\(.*omega={params['omega']}, .*expected a period > 0 of oscillator"
+    with pytest.raises(ValueError, match=words):
+        call(params)
+
+
+def test_the_period_is_that_of_the_parameters_given():
+    still = BLOCK.with_params(omega=0)
+    image = fp.strobe_map(still, [0, 0], params={"omega": 2.94})
+    np.testing.assert_array_equal(image.x, fp.strobe_map(BLOCK, [0, 0]).x)
+    diagram = fp.bifurcation_diagram(still, omega=[-1, 0, 2.94], transient=1, keep=1)
+    assert diagram.status.tolist() == ["not_finite", "not_finite", "ok"]
+    assert not fp.bifurcation_diagram(BLOCK, omega=[0], transient=1, keep=1).success
+
+
+@pytest.mark.parametrize("pair", [list, tuple, np.array])
+def test_any_sequence_of_two_numbers_bounds(pair):
+    box = {name: pair(each) for name, each in BOX.items()}
+    assert fp.tangencies(BLOCK, bounds=box) == fp.tangencies(BLOCK, bounds=BOX)
+    assert fp.sliding_region(BLOCK, bounds=box).tangencies
+    expected = fp.boundary_equilibria(FREE, "V", (0, 1), bounds=BOX)
+    assert fp.boundary_equilibria(FREE, "V", pair((0, 1)), bounds=box) == expected
+
+
+def test_bounds_of_a_branch_may_be_an_array():
+    orbit = fp.periodic_orbit(BLOCK, params={"A": 5, "omega": 2.5})
+    ends = np.array([2.49, 2.51])
+    over = fp.continuation(orbit, "omega", ends, max_points=1)
+    assert over.bounds == {"omega": (2.49, 2.51)}
+    assert len(over) == 3  # the start and a step either way
