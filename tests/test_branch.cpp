@@ -444,3 +444,106 @@ TEST_CASE("branch: a grazing just before another that ends the word is not stepp
         }
     }
 }
+
+TEST_CASE("branch: from a bifurcation both ways, as from any other orbit", "[branch]") {
+    struct Line {
+        double A, omega;
+        int parameter;
+        double low, high;
+    };
+    for (const Line& line : {Line{5, 1.6, 0, 0.5, 12},
+                             {0.5, 2.94, 1, 2.84, 2.98},
+                             {5, 1.6, 1, 1, 3.2},
+                             {3.6, 1.067, 1, 0.5, 2}}) {
+        const auto system = oscillator_system();
+        Vector p = system->defaults();
+        p[0] = line.A;
+        p[1] = line.omega;
+        const auto trace_from = [&](const auto& start, double low, double high) {
+            return BranchTracer(*system, line.parameter, low, high).trace(start);
+        };
+        const Branch branch =
+            trace_from(settle(*system, p, Vector::Zero(2)).cycle, line.low, line.high);
+        REQUIRE(branch.special.size() >= 2);
+        for (const SpecialPoint& s : branch.special) {
+            const double value = s.cycle.p[line.parameter];
+            CAPTURE(std::string(name(s.kind)), value);
+            const Branch near = trace_from(s, value - 0.02, value + 0.02);
+            CHECK(near.begin == "bound of the parameter");
+            CHECK(near.end == "bound of the parameter");
+            const auto here =
+                std::find_if(near.special.begin(), near.special.end(), [&](const auto& other) {
+                    return other.kind == s.kind &&
+                           std::abs(other.cycle.p[line.parameter] - value) < 1e-9;
+                });
+            REQUIRE(here != near.special.end());
+            CHECK((here->word_before == s.word_before || here->word_before == s.word_after));
+            CHECK((here->word_after == s.word_before || here->word_after == s.word_after));
+        }
+    }
+}
+
+TEST_CASE("branch: a doubled orbit ends on the flip of the single one", "[branch]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 2.4032608052598086;
+    p[1] = 1.8273360523278304;
+    const Orbit doubled = settle(*system, p, Vector::Zero(2));
+    REQUIRE(doubled.cycle.turns == 2);
+    const Branch branch = BranchTracer(*system, 0, 0.1, 8).trace(doubled.cycle);
+    CHECK(branch.status == Status::ok);
+    for (const SpecialPoint* end : {&branch.special.front(), &branch.special.back()}) {
+        CHECK(end->kind == Kind::flip);
+        CHECK(end->cycle.turns == 1);
+        // the single orbit's branch has the same flip
+        const Branch single = BranchTracer(*system, 0, 0.1, 8).trace(end->cycle);
+        const auto same =
+            std::find_if(single.special.begin(), single.special.end(), [&](const SpecialPoint& s) {
+                return s.kind == Kind::flip && std::abs(s.cycle.p[0] - end->cycle.p[0]) < 1e-10;
+            });
+        CHECK(same != single.special.end());
+    }
+}
+
+TEST_CASE("branch: three turns end on an orbit of one where that grazes", "[branch]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 1.0864180153416454;
+    p[1] = 2.4912950268095804;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    REQUIRE(orbit.cycle.turns == 3);
+    const Branch branch = BranchTracer(*system, 0, 0.1, 8).trace(orbit.cycle);
+    CHECK(branch.status == Status::ok);
+    for (const std::string& end : {branch.begin, branch.end})
+        CHECK(end == "it ends on an orbit of a part of its period");
+    for (const BranchPoint& point : branch.points)
+        CHECK(detail::shortest(*system, point.cycle).turns == 3);
+    // the orbit of one turn grazes there
+    p[0] = branch.special.front().cycle.p[0];
+    const Branch single =
+        BranchTracer(*system, 0, p[0] - 0.1, p[0] + 0.1)
+            .trace(solve_orbit(*system,
+                               detail::shortest(*system, parent_of({branch.special.front().kind,
+                                                                    branch.special.front().cycle,
+                                                                    branch.special.front().node,
+                                                                    branch.special.front().side})))
+                       .cycle);
+    REQUIRE_FALSE(single.points.empty());
+    CHECK(single.points.front().cycle.turns == 1);
+}
+
+TEST_CASE("branch: smooth bifurcations in one step come in their order", "[branch]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 5;
+    p[1] = 1.6;
+    BranchSettings settings;
+    settings.max_points = 400;
+    const Branch branch = BranchTracer(*system, 6, -0.1, 2, settings)
+                              .trace(settle(*system, p, Vector::Zero(2)).cycle); // over alpha
+    std::vector<Kind> late; // 1.2342: the multiplier runs from -1177 to 221 in one step
+    for (const SpecialPoint& s : branch.special)
+        if (std::abs(s.cycle.p[6] - 1.234230408) < 1e-7)
+            late.push_back(s.kind);
+    CHECK(late == std::vector{Kind::flip, Kind::fold});
+}

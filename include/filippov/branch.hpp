@@ -185,18 +185,61 @@ public:
     Branch trace(const Cycle& start) {
         detail::refuse_static_friction(system_, start.p);
         Branch backward, forward;
-        start_ = start;
-        run(start, -1, backward, 0);
-        // the start is the first point of both
-        const std::size_t once = backward.points.empty() ? 0 : 1;
-        if (backward.end == detail::closed)
-            forward.end = detail::closed;
+        both_ways(start, backward, forward);
+        return detail::joined(backward, forward);
+    }
+    /// The branch through a bifurcation, that one among its special points: from one of the four
+    /// sliding bifurcations the orbit with fewer segments goes one way, that with more the other.
+    /// @error std::invalid_argument for a system with static friction
+    Branch trace(const SpecialPoint& start) {
+        detail::refuse_static_friction(system_, start.cycle.p);
+        if (start.kind > Kind::adding_sliding)
+            return trace_smooth(start);
+        SlidingCondition s{start.kind, start.cycle, start.node, start.side};
+        SpecialPoint here = describe(s, start.convergence);
+        start_ = parent_of(s);
+        Branch backward, forward;
+        run(parent(s), backward, 0);
+        const auto next = child(s);
+        if (next)
+            run_on(next, backward, forward);
         else
-            run(start, +1, forward, backward.points.size() - once);
+            forward.end = no_orbit;
+        here.word_before = start_.word.string();
+        if (next)
+            here.word_after = next->shooting.word().string();
+        forward.special.insert(forward.special.begin(), here);
         return detail::joined(backward, forward);
     }
 
 private:
+    Branch trace_smooth(const SpecialPoint& start) {
+        Branch backward, forward;
+        both_ways(start.cycle, backward, forward);
+        const auto is_start = [&](const SpecialPoint& s) {
+            return s.kind == start.kind &&
+                   std::abs(s.cycle.p[parameter_] - start.cycle.p[parameter_]) <
+                       1e-7 * (high_ - low_);
+        };
+        // To rounding the test function is zero there: a step from it may see a change of sign.
+        if (std::none_of(backward.special.begin(), backward.special.end(), is_start) &&
+            std::none_of(forward.special.begin(), forward.special.end(), is_start)) {
+            SpecialPoint here = start;
+            name_smooth(here);
+            forward.special.insert(forward.special.begin(), here);
+        }
+        return detail::joined(backward, forward);
+    }
+    void both_ways(const Cycle& start, Branch& backward, Branch& forward) {
+        start_ = start;
+        const auto up = place(start, [](const Vector& dz) { return dz[dz.size() - 1]; });
+        auto down = up;
+        if (down)
+            down->t = -down->t;
+        run(down, backward, 0);
+        run_on(up, backward, forward);
+    }
+
     /// Where the tracer is: a point of a word's curve with its tangent.
     struct Place {
         Shooting shooting;
@@ -247,19 +290,27 @@ private:
         return p;
     }
 
-    void run(const Cycle& start, int direction, Branch& branch, std::size_t points_before) {
+    static constexpr const char* no_orbit = "no orbit continues beyond this bifurcation";
+
+    /// The other direction. The start is the first point of both.
+    void run_on(std::optional<Place> here, const Branch& backward, Branch& forward) {
+        if (backward.end == detail::closed)
+            forward.end = detail::closed;
+        else
+            run(std::move(here), forward, std::max<std::size_t>(backward.points.size(), 1) - 1);
+    }
+    void run(std::optional<Place> here, Branch& branch, std::size_t points_before) {
         const auto tell = [&] {
             if (settings_.progress)
                 settings_.progress(points_before + branch.points.size());
         };
         if (detail::stopped(system_, branch))
             return;
-        auto here = place(start, [&](const Vector& dz) { return direction * dz[dz.size() - 1]; });
         if (!here) {
             branch.status = Status::not_finite;
             branch.end = "the start cannot be evaluated";
         } else {
-            branch.points.push_back(point_of(start));
+            branch.points.push_back(point_of(start_));
             tell();
         }
         if (detail::stopped(system_, branch) || !here)
@@ -431,7 +482,7 @@ private:
             branch.special.push_back(std::move(s));
         }
         if (!next) {
-            branch.end = "no orbit continues beyond this bifurcation";
+            branch.end = no_orbit;
             return Outcome::ended;
         }
         here = *next;
@@ -704,15 +755,21 @@ private:
         special.kind = kind;
         special.convergence = at.convergence;
         special.cycle = here.shooting.unpack(z);
+        name_smooth(special);
+        return passed;
+    }
+    /// All that belongs to a smooth bifurcation but its kind and its cycle.
+    void name_smooth(SpecialPoint& special) const {
         special.multipliers = floquet(system_, special.cycle);
         detail::normalize(system_, special.cycle);
-        if (fold)
+        special.conditions.clear();
+        if (special.kind == Kind::fold)
             special.conditions = {{"mu - 1", distance_to_one(special.multipliers)}};
-        else
-            special.conditions = {
-                {kind == Kind::flip ? "det(M + 1)" : "|mu|^2 - 1", test(special.multipliers)}};
-        special.word_before = special.word_after = here.shooting.word().string();
-        return passed;
+        else if (special.kind == Kind::flip)
+            special.conditions = {{"det(M + 1)", flip_test(special.multipliers)}};
+        else if (special.kind == Kind::neimark_sacker)
+            special.conditions = {{"|mu|^2 - 1", torus_test(special.multipliers)}};
+        special.word_before = special.word_after = special.cycle.word.string();
     }
     /// A turn of the parameter that is the flip of an orbit of half the period: the branch comes
     /// back on itself, half a period later. Then the flip of that orbit takes its place.
@@ -738,12 +795,11 @@ private:
         }
         if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < 1e-6 * (high_ - low_)))
             return false;
+        const std::string before = special.word_before;
         special.kind = Kind::flip;
         special.cycle = one;
-        special.multipliers = floquet(system_, one);
-        detail::normalize(system_, special.cycle);
-        special.conditions = {{"det(M + 1)", flip_test(special.multipliers)}};
-        special.word_after = one.word.string();
+        name_smooth(special);
+        special.word_before = before;
         return true;
     }
     /// Of the multiplier nearest to 1, but for the one that an autonomous system has anyway.

@@ -327,8 +327,9 @@ def continuation(
     Parameters
     ----------
     start : Orbit or SpecialPoint
-        The first orbit; the branch is followed from it both ways. In two parameters a bifurcation
-        from `Branch.specials`: one of the four sliding bifurcations, a fold or a flip.
+        The first orbit, or a bifurcation of an orbit from `Branch.specials`; the branch is followed
+        from it both ways. In two parameters a bifurcation: one of the four sliding bifurcations, a
+        fold or a flip.
     parameter : str, or two of them
         Names of the parameters.
     bounds : (float, float), or two such pairs
@@ -384,7 +385,7 @@ def continuation(
     )
     steps = (first, longest, most)
     if isinstance(parameter, str):
-        return _over_one(orbit, parameter, bounds, kinds, steps, tolerances, progress)
+        return _over_one(start, orbit, parameter, bounds, kinds, steps, tolerances, progress)
     names: object = parameter
     if not isinstance(names, (tuple, list)) or len(names) != 2:
         expected = "expected the name of a parameter, or a tuple of two"
@@ -396,7 +397,8 @@ def continuation(
 
 
 def _over_one(
-    start: Orbit,
+    start: Orbit | SpecialPoint,
+    orbit: Orbit,
     parameter: str,
     bounds: Any,  # noqa: ANN401 - checked here
     kinds: tuple[str, ...],
@@ -404,15 +406,19 @@ def _over_one(
     tolerances: tuple[float, float, int],
     progress: Progress,
 ) -> Branch:
-    cycle = start._cycle()
-    name = _one_parameter(start, parameter)
-    span = _bounds("bounds", bounds, name, start.params[name])
-    sys = start.system
+    cycle = orbit._cycle()
+    name = _one_parameter(orbit, parameter)
+    span = _bounds("bounds", bounds, name, orbit.params[name])
+    sys = orbit.system
     index = list(sys.params).index(name)
+    point = (-1, -1, 0)
+    if isinstance(start, SpecialPoint):
+        point = (KINDS.index(start.kind), start.node, start.side)
     with shown(progress, "point") as show:
         found = _core.trace(
             sys._model,
             cycle.as_tuple(),
+            *point,
             index,
             span[0],
             span[1],
@@ -422,7 +428,7 @@ def _over_one(
             show,
             *tolerances,
         )
-    branch = branch_from(sys, start.params, {name: span}, kinds, found, tolerances[:2])
+    branch = branch_from(sys, orbit.params, {name: span}, kinds, found, tolerances[:2])
     ended(found["raised"], branch=branch)
     return branch
 

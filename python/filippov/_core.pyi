@@ -252,6 +252,9 @@ def solve_orbit(
 def trace(
     model: Model,
     cycle: tuple[Any, ...],
+    kind: int,
+    node: int,
+    side: int,
     parameter: int,
     low: float,
     high: float,

@@ -248,12 +248,33 @@ BranchSettings steps(double first_step, double max_step, int max_points) {
     return settings;
 }
 
-py::dict traced(const Model& model, const py::tuple& cycle, int parameter, double low, double high,
-                double first_step, double max_step, int max_points, const py::object& show,
-                double rtol, double atol, long long max_steps) {
+/// A bifurcation by its cycle, kind, node and side.
+SpecialPoint special_from(const Model& model, const py::tuple& cycle, int kind, int node,
+                          int side) {
+    expect(kind >= 0 && kind <= static_cast<int>(Kind::degenerate_switching_sliding),
+           "kind is 0 to 8");
+    SpecialPoint point;
+    point.kind = static_cast<Kind>(kind);
+    point.cycle = cycle_from(model, cycle);
+    expect(!is_sliding(point.kind) || (node >= 0 && std::size_t(node) < point.cycle.size()),
+           "node is an index");
+    point.node = std::size_t(std::max(node, 0));
+    point.side = side;
+    point.convergence.status = Status::ok;
+    return point;
+}
+
+/// @param kind  of the bifurcation where the branch starts, -1: none
+py::dict traced(const Model& model, const py::tuple& cycle, int kind, int node, int side,
+                int parameter, double low, double high, double first_step, double max_step,
+                int max_points, const py::object& show, double rtol, double atol,
+                long long max_steps) {
     expect(parameter >= 0 && std::size_t(parameter) < model.facts().params.size(),
            "parameter is an index");
     const Cycle start = cycle_from(model, cycle);
+    std::optional<SpecialPoint> special;
+    if (kind >= 0)
+        special = special_from(model, cycle, kind, node, side);
     Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     BranchSettings settings = steps(first_step, max_step, max_points);
     if (const auto call = progress(show, analysis.signals))
@@ -261,7 +282,8 @@ py::dict traced(const Model& model, const py::tuple& cycle, int parameter, doubl
     Branch branch;
     {
         const py::gil_scoped_release unlocked;
-        branch = BranchTracer(*analysis.system, parameter, low, high, settings).trace(start);
+        BranchTracer tracer(*analysis.system, parameter, low, high, settings);
+        branch = special ? tracer.trace(*special) : tracer.trace(start);
     }
     py::dict d = branch_to_dict(model, *analysis.unstoppable, branch);
     d["raised"] = analysis.signals.raised();
@@ -281,15 +303,7 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
                        const std::array<int, 2>& parameters, const std::array<double, 2>& low,
                        const std::array<double, 2>& high, double first_step, double max_step,
                        int max_points, double rtol, double atol, long long max_steps) {
-    SpecialPoint point;
-    point.cycle = cycle_from(model, cycle);
-    expect(kind >= 0 && kind <= static_cast<int>(Kind::degenerate_switching_sliding),
-           "kind is 0 to 8");
-    point.kind = static_cast<Kind>(kind);
-    expect(!is_sliding(point.kind) || (node >= 0 && std::size_t(node) < point.cycle.size()),
-           "node is an index");
-    point.node = std::size_t(std::max(node, 0));
-    point.side = side;
+    const SpecialPoint point = special_from(model, cycle, kind, node, side);
     const Box box = box_of(model, parameters, low, high);
     Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
     std::vector<Curve> curves;
