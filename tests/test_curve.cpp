@@ -197,3 +197,33 @@ TEST_CASE("curve: both halves of a symmetric orbit bifurcate all along it", "[cu
         }
     }
 }
+
+TEST_CASE("curve: flips and folds end on curves of grazing-sliding at one point, from wherever",
+          "[curve]") {
+    const auto system = oscillator_system();
+    Vector p = system->defaults();
+    p[0] = 5;
+    p[1] = 1.6;
+    const Branch branch =
+        BranchTracer(*system, 0, 0.5, 12).trace(settle(*system, p, Vector::Zero(2)).cycle);
+    const Box box{{0, 1}, {0.5, 1}, {12, 3}};
+    std::map<Kind, std::vector<Vector>> ends;
+    for (const SpecialPoint& s : branch.special)
+        if (s.kind == Kind::flip || s.kind == Kind::fold)
+            for (const double max_step : {0.05, 0.02}) {
+                BranchSettings settings;
+                settings.max_step = max_step;
+                const Curve curve = CurveTracer(*system, box, settings).trace(curve_start(s));
+                CHECK(curve.status == Status::ok);
+                REQUIRE(curve.special.size() == 1);
+                const SpecialPoint& end = curve.special[0];
+                REQUIRE(end.kind == Kind::grazing_sliding);
+                CHECK(std::abs(end.multipliers_child[0] - (s.kind == Kind::flip ? -1.0 : 1.0)) <
+                      1e-8);
+                ends[s.kind].push_back(end.cycle.p);
+            }
+    CHECK(ends[Kind::flip].size() == 4); // both flips lie on one curve
+    for (const auto& [kind, points] : ends)
+        for (const Vector& q : points)
+            CHECK((q - points[0]).norm() < 1e-9);
+}

@@ -308,6 +308,8 @@ private:
                 ds = std::min(1.5 * ds, settings_.max_step);
             return true;
         }
+        if (ends_at_short_segment(here, curve))
+            return false;
         curve.status = Status::not_converged;
         curve.end = trouble;
         return false;
@@ -534,28 +536,115 @@ private:
                       "goes on";
             return Outcome::retry;
         }
-        SpecialPoint special;
-        special.conditions =
-            detail::conditions_at(system_, second->cycle, second->node, second->side);
-        special.kind = second->kind = detail::named(*second, special.conditions);
-        special.cycle = second->cycle;
-        special.node = second->node;
-        special.side = second->side;
+        second->kind = detail::named(
+            *second, detail::conditions_at(system_, second->cycle, second->node, second->side));
+        const bool dies = cause.what == Test::What::duration;
+        BranchPoint last = point_of(here, at.z);
+        if (!is_sliding(here.kind) && dies && !meet(here.kind, *second, last, curve)) {
+            trouble = "the point where it meets a curve of sliding bifurcations was not located";
+            return Outcome::retry;
+        }
+        curve.points.push_back(std::move(last));
+        SpecialPoint special = second_bifurcation(here, *second);
         special.convergence = at.convergence;
-        special.word_before = special.word_after = here.shooting->word().string();
-        curve.points.push_back(point_of(here, at.z));
-        const auto next = continued(here, at, *second, cause.what != Test::What::duration);
+        const auto next = continued(here, at, *second, !dies);
         if (next)
             special.word_after = next->shooting->word().string();
         curve.special.push_back(special);
         if (!next) {
-            curve.end = "the same orbit has a " + std::string(name(second->kind)) + " bifurcation";
+            curve.end = same_orbit_has(second->kind);
             return Outcome::ended;
         }
         here = *next;
         return Outcome::switched;
     }
 
+    static std::string same_orbit_has(Kind kind) {
+        return "the same orbit has a bifurcation of the kind " + std::string(name(kind));
+    }
+    /// The sliding bifurcation of an orbit that bifurcates otherwise, too.
+    SpecialPoint second_bifurcation(const Place& here, const SlidingCondition& s) const {
+        SpecialPoint special;
+        special.kind = s.kind;
+        special.cycle = s.cycle;
+        special.node = s.node;
+        special.side = s.side;
+        special.conditions = detail::conditions_at(system_, s.cycle, s.node, s.side);
+        special.word_before = special.word_after = here.shooting->word().string();
+        special.multipliers = special.multipliers_child = floquet(system_, parent_of(s));
+        if (s.kind == Kind::grazing_sliding)
+            special.multipliers_child = floquet_of_grazing_child(system_, s);
+        return special;
+    }
+    /// Multipliers on the side of the orbit with more segments.
+    std::vector<std::complex<double>> multipliers_of_child(const SlidingCondition& s) const {
+        return s.kind == Kind::grazing_sliding ? floquet_of_grazing_child(system_, s)
+                                               : floquet(system_, parent_of(s));
+    }
+    /// Moves a sliding bifurcation along its curve to where the orbit with more segments has the
+    /// fold or flip, too: where a segment has no length the equations of those are singular.
+    /// @param last  becomes the end of their curve
+    bool meet(Kind kind, SlidingCondition& s, BranchPoint& last, Branch& curve) const {
+        const Shooting shooting(system_, s.cycle, box_.parameters,
+                                s.kind == Kind::crossing_sliding ? int(s.node) : -1);
+        const Arclength along(equations_with(shooting, s), scales(shooting, s.cycle));
+        Vector z = shooting.pack(s.cycle), t;
+        Matrix J;
+        if (!along.tangent_at(z, Vector::Unit(z.size(), shooting.rows()), t) ||
+            !along.step(z, J, t, 0).ok())
+            return false;
+        t = along.tangent(J, t);
+        SlidingCondition moved = s;
+        const auto test = [&](const Vector& u, const Matrix&) {
+            moved.cycle = shooting.unpack(u);
+            return detail::border_test(multipliers_of_child(moved), kind == Kind::fold ? 1 : -1,
+                                       system_.forced());
+        };
+        const double f0 = test(z, J);
+        for (double reach = 1e-6; reach < 0.1; reach *= 4)
+            for (const double ds : {reach, -reach}) {
+                Vector u = z;
+                const Convergence c = along.step(u, J, t, ds);
+                curve.corrections += c.iterations;
+                const double f1 = c.ok() ? test(u, J) : f0;
+                if (!(f0 * f1 <= 0))
+                    continue;
+                const Located at = zero_along(along, z, t, ds, test, f0, f1);
+                if (!at.ok())
+                    return false;
+                s.cycle = shooting.unpack(at.z);
+                last = {child_of(s), multipliers_of_child(s)};
+                detail::normalize(system_, last.cycle);
+                return true;
+            }
+        return false;
+    }
+    /// True if a fold or flip that cannot be followed further is about to lose a segment: then its
+    /// curve ends there.
+    bool ends_at_short_segment(const Place& here, Branch& curve) const {
+        const Cycle c = here.cycle(here.z);
+        Test test;
+        for (std::size_t i = 1; i < c.size(); ++i)
+            if (c.duration(i) < c.duration(test.i))
+                test.i = i;
+        if (is_sliding(here.kind) || !(c.duration(test.i) < 1e-2 * c.period))
+            return false;
+        auto s = condition_of(c, test);
+        BranchPoint last;
+        if (!s || !meet(here.kind, *s, last, curve))
+            return false;
+        for (std::size_t k = 0; k < 2; ++k)
+            if (!(std::abs(last.cycle.p[box_.parameters[k]] - here.parameter(here.z, k)) <
+                  1e-3 * box_.width(k)))
+                return false;
+        s->kind = detail::named(*s, detail::conditions_at(system_, s->cycle, s->node, s->side));
+        curve.special.push_back(second_bifurcation(here, *s));
+        curve.special.back().convergence.status = Status::ok;
+        curve.special.back().word_after = parent_of(*s).word.string();
+        curve.points.push_back(std::move(last));
+        curve.end = same_orbit_has(s->kind);
+        return true;
+    }
     /// The same test of a neighbouring cycle; NaN if it has none.
     double value_of(const Cycle& c, const Test& like) const {
         if (like.what == Test::What::nearest)
@@ -588,6 +677,8 @@ private:
                                    const SlidingCondition& second, bool born) {
         if (second.kind == Kind::grazing_sliding || here.kind == Kind::grazing_sliding)
             return std::nullopt; // multipliers jump, and with them the curve
+        if (!is_sliding(here.kind) && born)
+            return std::nullopt; // a segment without length: the equations are singular
         const Cycle next = born ? child_of(second) : parent_of(second);
         CurveStart start;
         start.kind = here.kind;
