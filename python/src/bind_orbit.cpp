@@ -43,8 +43,9 @@ struct CycleColumns {
             until.push_back(static_cast<int>(c.word[i].until));
             t.push_back(c.t[i]);
             append(x, c.x[i]);
-            const Quantity margin{Quantity::Kind::margin, -1, 0}; // 1 + s
-            s.push_back(system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] - 1);
+            const Quantity margin{Quantity::Kind::margin, -1, 0}; // s_max + s
+            s.push_back(system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] -
+                        system.s_max(c.p));
         }
         turns.push_back(c.turns);
         period.push_back(c.period);

@@ -338,3 +338,44 @@ def test_what_is_no_parameter_and_no_index_is_refused():
     branch = fp.continuation(orbit, "omega", (1.71, 1.73))
     with pytest.raises(ValueError, match=r"index = 1\.5"):
         branch.orbit(1.5)
+
+
+def test_a_branch_from_a_bifurcation_goes_both_ways():
+    branch = fp.continuation(
+        fp.periodic_orbit(BLOCK, params={"A": 5.0, "omega": 1.6}), "A", (0.5, 12)
+    )
+    assert {s.kind for s in branch.specials} >= {"grazing-sliding", "adding-sliding", "fold"}
+    for start in branch.specials:
+        at = start.param["A"]
+        near = fp.continuation(start, "A", (at - 0.05, at + 0.05))
+        assert near.success
+        assert near.ends == ("bound of the parameter", "bound of the parameter")
+        assert any(s.kind == start.kind and abs(s.param["A"] - at) < 1e-9 for s in near.specials)
+
+
+def test_orbits_of_a_curve_of_folds():
+    branch = fp.continuation(
+        fp.periodic_orbit(BLOCK, params={"A": 5.0, "omega": 1.6}), "A", (0.5, 12)
+    )
+    curve = fp.continuation(branch.special["fold"][0], ("A", "omega"), ((0.5, 12), (1, 3)))
+    for i in range(len(curve) - 1):  # at the last one a slide has no length
+        orbit = curve.orbit(i)
+        assert orbit.status == "ok"
+        assert np.abs(orbit.multipliers - 1).min() < 1e-5
+        assert np.allclose(orbit.x0, curve.x0[:, i], atol=1e-9)
+
+
+def test_static_friction_has_orbits_and_no_branches():
+    stiction = fp.models.stiction
+    orbit = fp.periodic_orbit(stiction, params={"A": 2.0, "omega": 1.2})
+    assert orbit.success
+    exits = orbit.events["s"][orbit.events["kind"] == "exit_sliding"]
+    assert np.allclose(np.abs(exits), 4 / 3)
+    end = fp.simulate(
+        stiction, orbit.x0, (orbit.t0, orbit.t0 + orbit.period), params=orbit.params, rtol=1e-11
+    ).y[:, -1]
+    assert np.allclose(end, orbit.x0, atol=1e-8)
+    with pytest.raises(ValueError, match="static friction"):
+        fp.continuation(orbit, "A", (1.0, 3.0))
+    with pytest.raises(ValueError, match="static friction"):
+        fp.bifurcation_set(stiction, {"A": (1, 3), "omega": (1, 2)})
