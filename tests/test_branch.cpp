@@ -547,3 +547,33 @@ TEST_CASE("branch: smooth bifurcations in one step come in their order", "[branc
             late.push_back(s.kind);
     CHECK(late == std::vector{Kind::flip, Kind::fold});
 }
+
+TEST_CASE("branch: a flip just before or behind a grazing", "[branch]") {
+    // A curve of flips ends on the curve of grazing-sliding at omega = 1.893093; below it there is
+    // one more flip, ever nearer to the grazing, whatever the steps.
+    const auto system = oscillator_system();
+    for (const double omega : {1.8925, 1.89305, 1.8935}) {
+        std::vector<double> found;
+        for (const double max_step : {0.05, 0.003}) {
+            CAPTURE(omega, max_step);
+            Vector p = system->defaults();
+            p[0] = 5;
+            p[1] = omega;
+            BranchSettings settings;
+            settings.max_step = max_step;
+            const Branch branch = BranchTracer(*system, 0, 1.2, 5.5, settings)
+                                      .trace(settle(*system, p, Vector::Zero(2)).cycle);
+            int flips = 0;
+            for (const SpecialPoint& s : branch.special)
+                if (s.kind == Kind::flip && s.cycle.p[0] < 2) {
+                    ++flips;
+                    found.push_back(s.cycle.p[0]);
+                    CHECK(s.convergence.ok());
+                    CHECK(std::abs(s.multipliers[0] + 1.0) < 1e-6);
+                }
+            CHECK(flips == (omega < 1.893093 ? 1 : 0));
+        }
+        for (const double A : found)
+            CHECK(A == Approx(found[0]).epsilon(1e-9));
+    }
+}

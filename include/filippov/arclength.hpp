@@ -73,22 +73,31 @@ struct Located {
 /// Where a function changes sign along a curve, between z and the point at a distance ds along t:
 /// regula falsi (Illinois) on the distance, each point corrected onto the curve.
 /// @param value  of a corrected point and the Jacobian there; f0 and f1 are its values at the ends
+/// @return `ok` only if the iteration has come to rest
 inline Located zero_along(const Arclength& curve, const Vector& z, const Vector& t, double ds,
                           const std::function<double(const Vector&, const Matrix&)>& value,
                           double f0, double f1) {
     Located best;
     double a = 0, b = ds;
-    for (int k = 0; k < 80; ++k) {
+    double moved = std::abs(ds);
+    bool done = false;
+    for (int k = 0; k < 80 && !done; ++k) {
         const double s = b - f1 * (b - a) / (f1 - f0);
         if (!(s > -std::numeric_limits<double>::infinity()))
             break;
         Located here{z, {}, {}};
-        here.convergence = curve.step(here.z, here.J, t, s, 1e-13);
+        for (const double tolerance : {1e-13, 1e-11}) {
+            here.z = z;
+            here.convergence = curve.step(here.z, here.J, t, s, tolerance);
+            if (here.ok())
+                break;
+        }
         if (!here.ok())
             break;
         best = here;
         const double f = value(here.z, here.J);
-        const bool done = std::abs(s - b) <= 1e-14 * ds || !(std::abs(f) > 0);
+        moved = std::abs(s - b);
+        done = moved <= 1e-14 * std::abs(ds) || !(std::abs(f) > 0);
         if (f * f1 < 0) {
             a = b;
             f0 = f1;
@@ -97,9 +106,9 @@ inline Located zero_along(const Arclength& curve, const Vector& z, const Vector&
         }
         b = s;
         f1 = f;
-        if (done)
-            break;
     }
+    if (!done && !(moved <= 1e-9 * std::abs(ds))) // rounding may keep it from closing further
+        best.convergence.status = Status::not_converged;
     return best;
 }
 

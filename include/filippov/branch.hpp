@@ -200,14 +200,15 @@ public:
         start_ = parent_of(s);
         Branch backward, forward;
         run(parent(s), backward, 0);
-        const auto next = child(s);
-        if (next)
-            run_on(next, backward, forward);
-        else
-            forward.end = no_orbit;
+        auto next = child(s);
         here.word_before = start_.word.string();
-        if (next)
+        if (next) {
+            next->entered = here.multipliers_child;
             here.word_after = next->shooting.word().string();
+            run_on(std::move(next), backward, forward);
+        } else {
+            forward.end = no_orbit;
+        }
         forward.special.insert(forward.special.begin(), here);
         return detail::joined(backward, forward);
     }
@@ -245,7 +246,9 @@ private:
         Shooting shooting;
         Arclength curve;
         Vector z, t;
-        bool fresh = false; ///< no point of its word is on the branch yet
+        /// While no point of its word is on the branch: its multipliers at the bifurcation, none
+        /// if they are not known.
+        std::optional<std::vector<std::complex<double>>> entered;
 
         double slope() const { return t[t.size() - 1]; }
         double parameter() const { return parameter_of(z); }
@@ -276,7 +279,9 @@ private:
                 Arclength([shooting](const Vector& z, Vector& F,
                                      Matrix& J) { return equations_of(*shooting)(z, F, J); },
                           scale),
-                shooting->pack(c), Vector(), false};
+                shooting->pack(c),
+                Vector(),
+                {}};
         if (!p.curve.tangent_at(p.z, Vector::Unit(p.z.size(), p.z.size() - 1), p.t))
             return std::nullopt;
         if (forward(scale.cwiseProduct(p.t)) < 0)
@@ -375,7 +380,7 @@ private:
             }
             here.z = z;
             here.t = t;
-            here.fresh = false;
+            here.entered.reset();
             if (c.iterations <= 3)
                 ds = std::min(1.5 * ds, settings_.max_step);
             return true;
@@ -466,6 +471,8 @@ private:
         const auto next = !born                    ? parent(conditions[0])
                           : conditions.size() == 1 ? child(conditions[0])
                                                    : children(conditions);
+        if (conditions.size() == 1)
+            flip_before(here, conditions[0], special[0], born, branch);
         if (next) {
             const Cycle after = next->shooting.unpack(next->z);
             const Cycle one = detail::shortest(system_, after);
@@ -486,7 +493,10 @@ private:
             return Outcome::ended;
         }
         here = *next;
-        here.fresh = true;
+        here.entered.emplace();
+        if (conditions.size() == 1)
+            here.entered =
+                born ? branch.special.back().multipliers_child : branch.special.back().multipliers;
         return Outcome::switched;
     }
 
@@ -705,12 +715,12 @@ private:
     bool smooth_bifurcations(const Place& here, const Vector& t, double ds, Branch& branch,
                              const BranchPoint& next) {
         std::vector<Passed> passed;
-        const auto& before = branch.points.back().multipliers;
+        const auto& before = multipliers_at(here, branch);
         // Where a segment is born the parameter may begin like the square of its length: a slope of
         // nothing but rounding, and no fold.
         if (std::abs(here.slope()) > 1e-9 && here.slope() * t[t.size() - 1] < 0)
             passed.push_back(locate(here, t, ds, Kind::fold, branch, next.multipliers));
-        if (!here.fresh) { // multipliers jump where the word changes
+        if (!before.empty()) {
             if (flip_test(before) * flip_test(next.multipliers) < 0)
                 passed.push_back(locate(here, t, ds, Kind::flip, branch, next.multipliers));
             const bool pairs = before.size() == next.multipliers.size() && torus_test(before) < 1 &&
@@ -730,6 +740,46 @@ private:
         return false;
     }
 
+    /// A flip between `here` and the sliding bifurcation that ends its word.
+    void flip_before(const Place& here, const SlidingCondition& s, const SpecialPoint& end,
+                     bool born, Branch& branch) {
+        const auto& before = multipliers_at(here, branch);
+        const auto& after = born ? end.multipliers : end.multipliers_child;
+        if (before.empty() || !(flip_test(before) * flip_test(after) < 0))
+            return;
+        if (const double length = along_to(here, born ? parent_of(s) : child_of(s)); length > 0)
+            branch.special.push_back(
+                locate(here, here.t, length, Kind::flip, branch, after).special);
+    }
+    /// How far along the tangent a cycle of the tracer's word lies, wherever it is cut; NaN if it
+    /// is of another word.
+    double along_to(const Place& here, const Cycle& c) const {
+        const Cycle from = here.shooting.unpack(here.z);
+        double along = std::numeric_limits<double>::quiet_NaN(),
+               least = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < c.size(); ++k) {
+            Cycle r = detail::rotated(c, k);
+            if (!(r.word == from.word))
+                continue;
+            const double T = c.period / c.turns, apart = from.t[0] - r.t[0];
+            for (double& t : r.t)
+                t += system_.forced() ? T * std::round(apart / T) : apart;
+            const Vector z = here.shooting.pack(r);
+            const double distance = (z - here.z).cwiseQuotient(here.curve.scale()).norm();
+            if (distance < least) {
+                least = distance;
+                along = here.along(z);
+            }
+        }
+        return along;
+    }
+    /// At the point of the branch where the tracer is, as an orbit of its word.
+    static const std::vector<std::complex<double>>& multipliers_at(const Place& here,
+                                                                   const Branch& branch) {
+        // they jump where the word changes
+        return here.entered ? *here.entered : branch.points.back().multipliers;
+    }
+
     Passed locate(const Place& here, const Vector& t, double ds, Kind kind, Branch& branch,
                   const std::vector<std::complex<double>>& after) {
         const auto test = [this, kind](const std::vector<std::complex<double>>& m) {
@@ -743,7 +793,7 @@ private:
             }
             return test(floquet(system_, here.shooting.unpack(z)));
         };
-        const auto& before = branch.points.back().multipliers;
+        const auto& before = multipliers_at(here, branch);
         const Located at =
             zero_along(here.curve, here.z, here.t, ds, value, fold ? here.slope() : test(before),
                        fold ? t[t.size() - 1] : test(after));
