@@ -217,11 +217,16 @@ private:
     }
     static constexpr int most_halvings = 10;
 
-    /// The derivatives in one direction, as the tableau's estimate of the error sees its stages.
-    struct Direction {
+    /// The values (k < 0), or the derivatives in one direction, as the tableau's estimate of the
+    /// error sees its stages.
+    struct Part {
         using Scalar = R;
         const RungeKutta<Tableau, D, N>& rk;
-        std::size_t k;
+        int k;
+
+        R of(const D& x) const {
+            return k < 0 ? value_of(x) : value_of(x.d[static_cast<std::size_t>(k)]);
+        }
 
         template <class Row> R mean_square(Row, const Vec<R, N>& weight) const {
             static constexpr auto row = [] {
@@ -234,19 +239,22 @@ private:
             for (int i = 0; i < N; ++i) {
                 R error(0);
                 for (std::size_t j = 0; j < row.size(); ++j)
-                    error += row[j] * value_of(rk.k[j][i].d[k]);
+                    error += row[j] * of(rk.k[j][i]);
                 sum += (weight[i] * error) * (weight[i] * error);
             }
             return sum / R(N);
         }
     };
-    /// True if a step errs in the derivatives of first order by more than ten relative
-    /// tolerances: as much as beside a solution that moves, where no step is taken twice.
+    /// True if a step that errs in the values by less than a thousandth of the tolerance errs in
+    /// the derivatives of first order by more than ten relative tolerances. (Where the error of the
+    /// values sets the step, that of their neighbours follows.)
     bool coarse(const X& x, const X& x1, const R& dt) const {
         const Vec<R, N> unit = scale();
         Vec<R, N> weight;
         for (int i = 0; i < N; ++i)
             weight[i] = dt / unit[i];
+        if (Tableau::squared_error(Part{rk_, -1}, weight) > R(1e-6))
+            return false;
         const R tolerance = R(10) * std::max(settings_.rtol, R(100) * epsilon<R>);
         for (std::size_t k = 0; k < x[0].d.size(); ++k) {
             R before(0), after(0);
@@ -256,7 +264,7 @@ private:
                 after += b * b / R(N);
             }
             const R allowed = tolerance * tolerance * std::max(before, after);
-            if (Tableau::squared_error(Direction{rk_, k}, weight) > allowed)
+            if (Tableau::squared_error(Part{rk_, int(k)}, weight) > allowed)
                 return true;
         }
         return false;
