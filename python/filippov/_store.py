@@ -7,14 +7,16 @@ import json
 import os
 import zipfile
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from typing_extensions import Self
 
 from . import _core
 from ._check import refuse
 from ._system import System, restore
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 __all__ = ["Stored", "load", "pack_system", "unpack_system"]
 

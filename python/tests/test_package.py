@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import ast
 import doctest
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,3 +49,19 @@ def test_the_example_in_the_docstring_runs():
 
 def test_the_package_says_that_it_is_typed():
     assert (Path(fp.__file__).parent / "py.typed").is_file()
+
+
+def imported_at_once(tree):
+    """Names of the packages that a module imports when it is imported itself."""
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield node.module
+
+
+def test_importing_it_needs_numpy_and_nothing_else():
+    for path in Path(fp.__file__).parent.glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        needed = {name.partition(".")[0] for name in imported_at_once(tree)}
+        assert needed <= {"numpy", *sys.stdlib_module_names}, path.name
