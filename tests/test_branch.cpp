@@ -28,9 +28,7 @@ struct Traced {
 
 Traced trace(double A, double omega, double low, double high,
              std::shared_ptr<const AnySystem> system = oscillator_system()) {
-    Vector p = system->defaults();
-    p[0] = A;
-    p[1] = omega;
+    Vector p = params_at(*system, A, omega);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     BranchTracer tracer(*system, 1, low, high);
@@ -201,9 +199,7 @@ TEST_CASE("branch: a closed branch is followed once", "[branch]") {
 
 TEST_CASE("branch: jumps of the multipliers are no flips, and nothing throws", "[branch]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 5;
-    p[1] = 1.6;
+    Vector p = params_at(*system, 5, 1.6);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     // through folds, flips and sliding bifurcations to where Newton's iteration gives up
     for (const auto& [parameter, low, high] :
@@ -221,9 +217,7 @@ TEST_CASE("branch: jumps of the multipliers are no flips, and nothing throws", "
 
 TEST_CASE("branch: A and -A are one orbit half a period apart", "[branch]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 5;
-    p[1] = 1.6;
+    Vector p = params_at(*system, 5, 1.6);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     // down to small forces, where the block slips for ever, and up again
     const Branch branch = BranchTracer(*system, 0, -5.0, 5.0).trace(orbit.cycle);
@@ -325,9 +319,7 @@ TEST_CASE("branch: nothing is missed in the last step before a bound", "[branch]
         }
     // a flip within the last step: at A = 2.45 the orbit is unstable
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 3;
-    p[1] = 1.72;
+    Vector p = params_at(*system, 3, 1.72);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     const Branch branch = BranchTracer(*system, 0, 2.45, 3.5).trace(orbit.cycle);
     REQUIRE(branch.special.size() == 1);
@@ -355,9 +347,7 @@ TEST_CASE("branch: different bifurcations within one step", "[branch]") {
 
     // the same two, whatever the step
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 4.3;
-    p[1] = 2.3;
+    Vector p = params_at(*system, 4.3, 2.3);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     for (const double max_step : {0.05, 0.02, 0.01}) {
         const Branch branch =
@@ -385,9 +375,7 @@ TEST_CASE("branch: an excursion from a slide that shrinks to nothing next to whe
           "[branch]") {
     // The nodes at its ends are those of the cycle's first slide, a period apart.
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 4.1171;
-    p[1] = 0.7655;
+    Vector p = params_at(*system, 4.1171, 0.7655);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     const Branch branch = BranchTracer(*system, 4, 0.5, 30).trace(orbit.cycle); // over g
@@ -417,9 +405,7 @@ TEST_CASE("branch: a grazing just before another that ends the word is not stepp
           "[branch]") {
     // 3 turns: the branch is closed; 3e-5 beyond its grazing the orbit without slides grazes
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 0.52568;
-    p[1] = 2.30292;
+    Vector p = params_at(*system, 0.52568, 2.30292);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     const Branch branch = BranchTracer(*system, 0, 0.1, 4).trace(orbit.cycle);
@@ -456,9 +442,7 @@ TEST_CASE("branch: from a bifurcation both ways, as from any other orbit", "[bra
                              {5, 1.6, 1, 1, 3.2},
                              {3.6, 1.067, 1, 0.5, 2}}) {
         const auto system = oscillator_system();
-        Vector p = system->defaults();
-        p[0] = line.A;
-        p[1] = line.omega;
+        Vector p = params_at(*system, line.A, line.omega);
         const auto trace_from = [&](const auto& start, double low, double high) {
             return BranchTracer(*system, line.parameter, low, high).trace(start);
         };
@@ -485,9 +469,7 @@ TEST_CASE("branch: from a bifurcation both ways, as from any other orbit", "[bra
 
 TEST_CASE("branch: a doubled orbit ends on the flip of the single one", "[branch]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 2.4032608052598086;
-    p[1] = 1.8273360523278304;
+    Vector p = params_at(*system, 2.4032608052598086, 1.8273360523278304);
     const Orbit doubled = settle(*system, p, Vector::Zero(2));
     REQUIRE(doubled.cycle.turns == 2);
     const Branch branch = BranchTracer(*system, 0, 0.1, 8).trace(doubled.cycle);
@@ -507,9 +489,7 @@ TEST_CASE("branch: a doubled orbit ends on the flip of the single one", "[branch
 
 TEST_CASE("branch: three turns end on an orbit of one where that grazes", "[branch]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 1.0864180153416454;
-    p[1] = 2.4912950268095804;
+    Vector p = params_at(*system, 1.0864180153416454, 2.4912950268095804);
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     REQUIRE(orbit.cycle.turns == 3);
     const Branch branch = BranchTracer(*system, 0, 0.1, 8).trace(orbit.cycle);
@@ -534,9 +514,7 @@ TEST_CASE("branch: three turns end on an orbit of one where that grazes", "[bran
 
 TEST_CASE("branch: smooth bifurcations in one step come in their order", "[branch]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 5;
-    p[1] = 1.6;
+    Vector p = params_at(*system, 5, 1.6);
     BranchSettings settings;
     settings.max_points = 400;
     const Branch branch = BranchTracer(*system, 6, -0.1, 2, settings)
@@ -556,9 +534,7 @@ TEST_CASE("branch: a flip just before or behind a grazing", "[branch]") {
         std::vector<double> found;
         for (const double max_step : {0.05, 0.003}) {
             CAPTURE(omega, max_step);
-            Vector p = system->defaults();
-            p[0] = 5;
-            p[1] = omega;
+            Vector p = params_at(*system, 5, omega);
             BranchSettings settings;
             settings.max_step = max_step;
             const Branch branch = BranchTracer(*system, 0, 1.2, 5.5, settings)

@@ -15,9 +15,7 @@ namespace {
 const std::shared_ptr<const AnySystem> oscillator = oscillator_system();
 
 Branch branch_at(double A, double omega, double low, double high) {
-    Vector p = oscillator->defaults();
-    p[0] = A;
-    p[1] = omega;
+    Vector p = params_at(*oscillator, A, omega);
     const Orbit orbit = settle(*oscillator, p, Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     BranchTracer tracer(*oscillator, 1, low, high);
@@ -201,9 +199,7 @@ TEST_CASE("curve: both halves of a symmetric orbit bifurcate all along it", "[cu
 TEST_CASE("curve: flips and folds end on curves of grazing-sliding at one point, from wherever",
           "[curve]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 5;
-    p[1] = 1.6;
+    Vector p = params_at(*system, 5, 1.6);
     const Branch branch =
         BranchTracer(*system, 0, 0.5, 12).trace(settle(*system, p, Vector::Zero(2)).cycle);
     const Box box{{0, 1}, {0.5, 1}, {12, 3}};

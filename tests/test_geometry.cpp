@@ -101,9 +101,7 @@ Equilibrium pseudo_of(const std::vector<Equilibrium>& all) {
 
 TEST_CASE("geometry: the boundary of the oscillator's sliding region", "[geometry]") {
     const auto system = oscillator_system();
-    Vector p = system->defaults();
-    p[0] = 0.5;
-    p[1] = 2.9;
+    Vector p = params_at(*system, 0.5, 2.9);
     for (const int side : {-1, 1}) {
         const SlidingBoundary b = sliding_boundary(*system, side, point({-4.0 * side, 1}), p);
         REQUIRE(b.points.size() == 257);

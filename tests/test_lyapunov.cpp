@@ -31,13 +31,6 @@ struct Decay {
     template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 2>&) const { return x[0]; }
 };
 
-Vector block_params(const AnySystem& system, double A, double omega) {
-    Vector p = system.defaults();
-    p[0] = A;
-    p[1] = omega;
-    return p;
-}
-
 } // namespace
 
 TEST_CASE("lyapunov: on a periodic orbit it is the logarithm of the multiplier", "[lyapunov]") {
@@ -49,7 +42,7 @@ TEST_CASE("lyapunov: on a periodic orbit it is the logarithm of the multiplier",
     for (const Case& c :
          {Case{0.5, 2.94, 400}, {0.5, 2.9, 400}, {0.5, 2.895, 400}, {5, 2.8, 200}}) {
         CAPTURE(c.A, c.omega);
-        const Vector p = block_params(*system, c.A, c.omega);
+        const Vector p = params_at(*system, c.A, c.omega);
         const Orbit orbit = settle(*system, p, Vector::Zero(2));
         REQUIRE(orbit.status == Status::ok);
         const Lyapunov l =
@@ -69,7 +62,7 @@ TEST_CASE("lyapunov: on a periodic orbit it is the logarithm of the multiplier",
 
 TEST_CASE("lyapunov: with crossings alone all exponents are finite", "[lyapunov]") {
     const auto system = oscillator_system();
-    const Vector p = block_params(*system, 5, 1.6); // figure 4.9: no stick
+    const Vector p = params_at(*system, 5, 1.6); // figure 4.9: no stick
     const Orbit orbit = settle(*system, p, Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     REQUIRE(orbit.cycle.word.string() == "-+");
@@ -127,7 +120,7 @@ TEST_CASE("lyapunov: relay feedback in three dimensions keeps its rank", "[lyapu
 
 TEST_CASE("lyapunov: a run that fails says why, and can be stopped", "[lyapunov]") {
     const auto system = oscillator_system({.max_steps = 5});
-    const Vector p = block_params(*system, 0.5, 2.94);
+    const Vector p = params_at(*system, 0.5, 2.94);
     const Lyapunov l = lyapunov(*system, p, Vector::Zero(2), {.transient = 0, .window = 100});
     CHECK(l.status == Status::max_steps);
     CHECK_FALSE(l.message.empty());

@@ -13,12 +13,6 @@ using namespace filippov;
 
 namespace {
 
-Vector oscillator_params(const AnySystem& system, double A, double omega) {
-    Vector p = system.defaults();
-    p[0] = A;
-    p[1] = omega;
-    return p;
-}
 Vector point(std::initializer_list<double> values) {
     Vector x(Eigen::Index(values.size()));
     std::copy(values.begin(), values.end(), x.begin());
@@ -64,8 +58,7 @@ TEST_CASE("orbit: words of the chapter's orbits", "[orbit]") {
                           {4.4, 1.8, "0-0+"},
                           {4.4, 2.0, "0-"}}) {
         CAPTURE(c.A, c.omega);
-        const Orbit orbit =
-            settle(*system, oscillator_params(*system, c.A, c.omega), point({0, 0}));
+        const Orbit orbit = settle(*system, params_at(*system, c.A, c.omega), point({0, 0}));
         REQUIRE(orbit.status == Status::ok);
         CHECK(orbit.cycle.word.string() == c.word);
         CHECK(orbit.cycle.turns == 1);
@@ -79,7 +72,7 @@ TEST_CASE("orbit: words of the chapter's orbits", "[orbit]") {
 
 TEST_CASE("orbit: the three period-one orbits of figure 4.16", "[orbit]") {
     const auto system = oscillator_system();
-    const Vector p = oscillator_params(*system, 3.6, 1.067);
+    const Vector p = params_at(*system, 3.6, 1.067);
     const Orbit a = orbit_near(*system, p, 0, point({-0.685, 3.01}), 1);
     const Orbit c = orbit_near(*system, p, 0, point({-0.445, 1.27}), 1);
     // the printed start lies beside the surface, the orbit on it
@@ -107,7 +100,7 @@ TEST_CASE("orbit: the three period-one orbits of figure 4.16", "[orbit]") {
 TEST_CASE("orbit: methods and tolerances agree", "[orbit]") {
     const auto exact = oscillator_system({.rtol = 1e-13, .atol = 1e-14});
     const auto other = oscillator_system_5({.rtol = 1e-11, .atol = 1e-12});
-    const Vector p = oscillator_params(*exact, 3.6, 1.067);
+    const Vector p = params_at(*exact, 3.6, 1.067);
     const Orbit a = orbit_near(*exact, p, 0, point({-0.445, 1.27}), 1);
     const Orbit b = orbit_near(*other, p, 0, point({-0.445, 1.27}), 1);
     REQUIRE(a.status == Status::ok);
@@ -119,7 +112,7 @@ TEST_CASE("orbit: methods and tolerances agree", "[orbit]") {
 TEST_CASE("orbit: an orbit without events", "[orbit]") {
     // far below the belt's speed with friction that only brakes: slip for ever
     const auto system = oscillator_system();
-    Vector p = oscillator_params(*system, 0.5, 3.0);
+    Vector p = params_at(*system, 0.5, 3.0);
     p[5] = 50; // V
     p[7] = 0;  // friction alpha + beta + eta r^2, which falls with v: damping of 2 g eta V
     const Orbit orbit = settle(*system, p, point({0, 0}), {.transient = 100});
@@ -178,17 +171,17 @@ TEST_CASE("orbit: limit cycles of relay feedback (P6, P7)", "[orbit]") {
 TEST_CASE("orbit: a search that finds none says why", "[orbit]") {
     const auto system = oscillator_system();
     // long cycles and chaos below the grazing-sliding bifurcation
-    const Orbit none = settle(*system, oscillator_params(*system, 0.5, 2.87), point({0, 0}),
+    const Orbit none = settle(*system, params_at(*system, 0.5, 2.87), point({0, 0}),
                               {.transient = 50, .max_turns = 2});
     CHECK(none.status == Status::not_converged);
     CHECK_FALSE(none.message.empty());
     CHECK_THROWS_AS(
-        orbit_near(*system, oscillator_params(*system, 0.5, 2.94), 0, point({0, std::nan("")}), 1),
+        orbit_near(*system, params_at(*system, 0.5, 2.94), 0, point({0, std::nan("")}), 1),
         std::invalid_argument);
 }
 
 TEST_CASE("orbit: a caller who asks to stop is heard within an arc", "[orbit]") {
-    const Vector p = oscillator_params(*oscillator_system(), 0.5, 2.94);
+    const Vector p = params_at(*oscillator_system(), 0.5, 2.94);
     bool found = false;
     for (int patience = 0; patience < 4000 && !found; patience += 1 + patience / 8) {
         int asked = 0;
@@ -210,15 +203,14 @@ TEST_CASE("orbit: beside a flip, the stable one, and once", "[orbit]") {
     for (const double beyond : {-1e-3, -1e-5, -1e-6, 1e-6, 1e-5, 1e-4}) {
         CAPTURE(beyond);
         const Orbit orbit =
-            settle(*system, oscillator_params(*system, 4.1171, flip + beyond), point({0, 0}));
+            settle(*system, params_at(*system, 4.1171, flip + beyond), point({0, 0}));
         REQUIRE(orbit.status == Status::ok);
         CHECK(orbit.stable(true));
         CHECK(orbit.cycle.turns == (beyond < 0 ? 1 : 2));
         CHECK(orbit.cycle.word.string() == (beyond < 0 ? "0-0+" : "0-0+0-0+"));
     }
     // from the orbit that has lost its stability: it is left in the end
-    Cycle cycle =
-        settle(*system, oscillator_params(*system, 4.1171, flip - 1e-5), point({0, 0})).cycle;
+    Cycle cycle = settle(*system, params_at(*system, 4.1171, flip - 1e-5), point({0, 0})).cycle;
     const double beyond = flip + 1e-4, stretched = (flip - 1e-5) / beyond;
     for (double& t : cycle.t)
         t *= stretched;
@@ -236,7 +228,7 @@ TEST_CASE("orbit: with static friction slides end at s_max", "[orbit]") {
     const auto system = any_system(models::Stiction{});
     for (const auto& [A, omega] : {std::pair{2.0, 1.2}, {4.0, 0.8}}) {
         CAPTURE(A, omega);
-        const Orbit orbit = settle(*system, oscillator_params(*system, A, omega), point({0, 0}));
+        const Orbit orbit = settle(*system, params_at(*system, A, omega), point({0, 0}));
         REQUIRE(orbit.status == Status::ok);
         const History run = system->run(orbit.t_start, orbit.x_start,
                                         orbit.t_start + orbit.cycle.period, orbit.cycle.p);

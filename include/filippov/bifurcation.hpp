@@ -394,6 +394,14 @@ inline std::vector<std::complex<double>> floquet_of_grazing_child(const AnySyste
     return detail::sorted_multipliers(system, Matrix(Q.transpose() * M));
 }
 
+/// Multipliers of the orbit with more segments, at the bifurcation: only at a grazing do they
+/// differ from those of the other.
+inline std::vector<std::complex<double>> floquet_of_child(const AnySystem& system,
+                                                          const SlidingCondition& s) {
+    return s.kind == Kind::grazing_sliding ? floquet_of_grazing_child(system, s)
+                                           : floquet(system, parent_of(s));
+}
+
 /// What happens to an orbit at a border collision, from its multipliers on either side: by the
 /// numbers of real multipliers above 1 (p) and below -1 (n).
 ///

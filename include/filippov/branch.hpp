@@ -122,18 +122,28 @@ inline constexpr double largest_multiplier = 1e12;
 inline constexpr const char* too_unstable =
     "the orbit is too unstable for double precision: a multiplier of 1e12";
 
+/// The rotations of a cycle that have the word of another, at the times nearest to its.
+inline std::vector<Cycle> aligned(const AnySystem& system, const Cycle& c, const Cycle& like) {
+    std::vector<Cycle> all;
+    for (std::size_t k = 0; c.turns == like.turns && k < c.size(); ++k) {
+        Cycle r = rotated(c, k);
+        if (!(r.word == like.word))
+            continue;
+        const double T = like.period / like.turns, apart = like.t[0] - r.t[0];
+        for (double& t : r.t)
+            t += system.forced() ? T * std::round(apart / T) : apart;
+        all.push_back(std::move(r));
+    }
+    return all;
+}
 /// True if two cycles are one orbit, wherever they are cut.
 inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) {
-    const Vector scale = Shooting(system, b).scales(b);
-    const auto d = system.dim();
-    for (std::size_t k = 0; a.turns == b.turns && k < a.size(); ++k) {
-        const Cycle r = rotated(a, k);
-        const double T = b.period / b.turns, apart = r.t[0] - b.t[0];
-        const double shift = system.forced() ? T * std::round(apart / T) : apart;
-        bool same = r.word == b.word;
+    const Vector scale = Shooting(system, b).scales(b).head(system.dim());
+    for (const Cycle& r : aligned(system, a, b)) {
+        bool same = true;
         for (std::size_t i = 0; same && i < b.size(); ++i)
-            same = std::abs(r.t[i] - shift - b.t[i]) < 1e-7 * b.period &&
-                   (r.x[i] - b.x[i]).cwiseQuotient(scale.head(d)).norm() < 1e-7;
+            same = std::abs(r.t[i] - b.t[i]) < 1e-7 * b.period &&
+                   (r.x[i] - b.x[i]).cwiseQuotient(scale).norm() < 1e-7;
         if (same)
             return true;
     }
@@ -153,16 +163,28 @@ inline double border_test(const std::vector<std::complex<double>>& multipliers, 
     return product.real();
 }
 /// Crossing and switching have the same equation; what follows where L' pushes tells them apart.
-inline Kind named(const SlidingCondition& s,
-                  const std::vector<std::pair<std::string, double>>& conditions) {
+inline Kind named(const AnySystem& system, const SlidingCondition& s) {
     if (s.kind != Kind::switching_sliding && s.kind != Kind::crossing_sliding)
         return s.kind;
-    return s.side * conditions[3].second < 0 ? Kind::switching_sliding : Kind::crossing_sliding;
+    const double push = system
+                            .quantity({Quantity::Kind::h, s.side, 2}, s.cycle.t[s.node],
+                                      s.cycle.x[s.node], s.cycle.p, {})
+                            .value[0];
+    return s.side * push < 0 ? Kind::switching_sliding : Kind::crossing_sliding;
 }
-
-} // namespace detail
-
-namespace detail {
+/// A located sliding bifurcation with all that belongs to it, but for the words.
+inline SpecialPoint special_point(const AnySystem& system, const SlidingCondition& s) {
+    SpecialPoint special;
+    special.kind = s.kind;
+    special.cycle = s.cycle;
+    special.node = s.node;
+    special.side = s.side;
+    special.conditions = conditions_at(system, s.cycle, s.node, s.side);
+    special.multipliers = floquet(system, parent_of(s));
+    special.multipliers_child =
+        s.kind == Kind::grazing_sliding ? floquet_of_child(system, s) : special.multipliers;
+    return special;
+}
 
 /// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
 /// the four.
@@ -400,6 +422,7 @@ private:
         c.p = start_.p;
         return shoot(system_, c).ok() && detail::same_orbit(system_, c, start_);
     }
+
     std::vector<Test> failures(const Cycle& c) const {
         std::vector<Test> failed;
         for (const Test& test : tests(system_, c))
@@ -429,13 +452,13 @@ private:
 
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
     Outcome bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
-                      Branch& branch, std::string& trouble, bool shortest) {
+                      Branch& branch, std::string& trouble, bool last_try) {
         std::vector<Test> causes = causes_of(failed, beyond);
         const bool born = causes[0].what != Test::What::duration;
         const auto others = std::erase_if(causes, [born](const Test& test) {
             return born != (test.what != Test::What::duration);
         });
-        if (others > 0 && !shortest) { // which one comes first, a smaller step may tell
+        if (others > 0 && !last_try) { // which one comes first, a smaller step may tell
             trouble = "several bifurcations at once";
             return Outcome::retry;
         }
@@ -594,20 +617,11 @@ private:
 
     /// Names the bifurcation by its conditions (model of the chapter, (4.24)-(4.29), in our signs).
     SpecialPoint describe(SlidingCondition& s, const Convergence& c) const {
-        SpecialPoint special;
-        special.conditions = detail::conditions_at(system_, s.cycle, s.node, s.side);
-        s.kind = detail::named(s, special.conditions);
-        special.kind = s.kind;
-        special.cycle = s.cycle;
-        special.node = s.node;
-        special.side = s.side;
+        s.kind = detail::named(system_, s);
+        SpecialPoint special = detail::special_point(system_, s);
         special.convergence = c;
-        special.multipliers = floquet(system_, parent_of(s));
-        special.multipliers_child = special.multipliers;
-        if (s.kind == Kind::grazing_sliding) {
-            special.multipliers_child = floquet_of_grazing_child(system_, s);
+        if (s.kind == Kind::grazing_sliding)
             special.border_class = border_collision(special.multipliers, special.multipliers_child);
-        }
         return special;
     }
 
@@ -729,6 +743,8 @@ private:
                 passed.push_back(
                     locate(here, t, ds, Kind::neimark_sacker, branch, next.multipliers));
         }
+        if (system_.interrupted()) // what was located is not what it seems
+            return false;
         std::stable_sort(passed.begin(), passed.end(),
                          [](const Passed& a, const Passed& b) { return a.along < b.along; });
         for (Passed& p : passed) {
@@ -747,9 +763,12 @@ private:
         const auto& after = born ? end.multipliers : end.multipliers_child;
         if (before.empty() || !(flip_test(before) * flip_test(after) < 0))
             return;
-        if (const double length = along_to(here, born ? parent_of(s) : child_of(s)); length > 0)
-            branch.special.push_back(
-                locate(here, here.t, length, Kind::flip, branch, after).special);
+        const double length = along_to(here, born ? parent_of(s) : child_of(s));
+        if (!(length > 0))
+            return;
+        Passed flip = locate(here, here.t, length, Kind::flip, branch, after);
+        if (!system_.interrupted())
+            branch.special.push_back(std::move(flip.special));
     }
     /// How far along the tangent a cycle of the tracer's word lies, wherever it is cut; NaN if it
     /// is of another word.
@@ -757,13 +776,7 @@ private:
         const Cycle from = here.shooting.unpack(here.z);
         double along = std::numeric_limits<double>::quiet_NaN(),
                least = std::numeric_limits<double>::infinity();
-        for (std::size_t k = 0; k < c.size(); ++k) {
-            Cycle r = detail::rotated(c, k);
-            if (!(r.word == from.word))
-                continue;
-            const double T = c.period / c.turns, apart = from.t[0] - r.t[0];
-            for (double& t : r.t)
-                t += system_.forced() ? T * std::round(apart / T) : apart;
+        for (const Cycle& r : detail::aligned(system_, c, from)) {
             const Vector z = here.shooting.pack(r);
             const double distance = (z - here.z).cwiseQuotient(here.curve.scale()).norm();
             if (distance < least) {

@@ -536,8 +536,7 @@ private:
                       "goes on";
             return Outcome::retry;
         }
-        second->kind = detail::named(
-            *second, detail::conditions_at(system_, second->cycle, second->node, second->side));
+        second->kind = detail::named(system_, *second);
         const bool dies = cause.what == Test::What::duration;
         BranchPoint last = point_of(here, at.z);
         if (!is_sliding(here.kind) && dies && !meet(here.kind, *second, last, curve)) {
@@ -545,8 +544,7 @@ private:
             return Outcome::retry;
         }
         curve.points.push_back(std::move(last));
-        SpecialPoint special = second_bifurcation(here, *second);
-        special.convergence = at.convergence;
+        SpecialPoint special = second_bifurcation(here, *second, at.convergence);
         const auto next = continued(here, at, *second, !dies);
         if (next)
             special.word_after = next->shooting->word().string();
@@ -563,23 +561,12 @@ private:
         return "the same orbit has a bifurcation of the kind " + std::string(name(kind));
     }
     /// The sliding bifurcation of an orbit that bifurcates otherwise, too.
-    SpecialPoint second_bifurcation(const Place& here, const SlidingCondition& s) const {
-        SpecialPoint special;
-        special.kind = s.kind;
-        special.cycle = s.cycle;
-        special.node = s.node;
-        special.side = s.side;
-        special.conditions = detail::conditions_at(system_, s.cycle, s.node, s.side);
+    SpecialPoint second_bifurcation(const Place& here, const SlidingCondition& s,
+                                    const Convergence& convergence) const {
+        SpecialPoint special = detail::special_point(system_, s);
+        special.convergence = convergence;
         special.word_before = special.word_after = here.shooting->word().string();
-        special.multipliers = special.multipliers_child = floquet(system_, parent_of(s));
-        if (s.kind == Kind::grazing_sliding)
-            special.multipliers_child = floquet_of_grazing_child(system_, s);
         return special;
-    }
-    /// Multipliers on the side of the orbit with more segments.
-    std::vector<std::complex<double>> multipliers_of_child(const SlidingCondition& s) const {
-        return s.kind == Kind::grazing_sliding ? floquet_of_grazing_child(system_, s)
-                                               : floquet(system_, parent_of(s));
     }
     /// Moves a sliding bifurcation along its curve to where the orbit with more segments has the
     /// fold or flip, too: where a segment has no length the equations of those are singular.
@@ -597,8 +584,8 @@ private:
         SlidingCondition moved = s;
         const auto test = [&](const Vector& u, const Matrix&) {
             moved.cycle = shooting.unpack(u);
-            return detail::border_test(multipliers_of_child(moved), kind == Kind::fold ? 1 : -1,
-                                       system_.forced());
+            return detail::border_test(floquet_of_child(system_, moved),
+                                       kind == Kind::fold ? 1 : -1, system_.forced());
         };
         const double f0 = test(z, J);
         for (double reach = 1e-6; reach < 0.1; reach *= 4)
@@ -613,7 +600,7 @@ private:
                 if (!at.ok())
                     return false;
                 s.cycle = shooting.unpack(at.z);
-                last = {child_of(s), multipliers_of_child(s)};
+                last = {child_of(s), floquet_of_child(system_, s)};
                 detail::normalize(system_, last.cycle);
                 return true;
             }
@@ -630,16 +617,19 @@ private:
         if (is_sliding(here.kind) || !(c.duration(test.i) < 1e-2 * c.period))
             return false;
         auto s = condition_of(c, test);
+        if (!s)
+            return false;
+        s->kind = detail::named(system_, *s);
         BranchPoint last;
-        if (!s || !meet(here.kind, *s, last, curve))
+        if (!meet(here.kind, *s, last, curve))
             return false;
         for (std::size_t k = 0; k < 2; ++k)
             if (!(std::abs(last.cycle.p[box_.parameters[k]] - here.parameter(here.z, k)) <
                   1e-3 * box_.width(k)))
                 return false;
-        s->kind = detail::named(*s, detail::conditions_at(system_, s->cycle, s->node, s->side));
-        curve.special.push_back(second_bifurcation(here, *s));
-        curve.special.back().convergence.status = Status::ok;
+        Convergence located; // by meet
+        located.status = Status::ok;
+        curve.special.push_back(second_bifurcation(here, *s, located));
         curve.special.back().word_after = parent_of(*s).word.string();
         curve.points.push_back(std::move(last));
         curve.end = same_orbit_has(s->kind);

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
+from ._bounds import pair
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
 from ._check import integer, number, refuse
 from ._orbit import _refuse_systems, precision
@@ -167,7 +168,11 @@ def bifurcation_set(
     except (TypeError, IndexError, KeyError):
         expected = "expected a mapping of two parameters to (low, high)"
         refuse("box", box, expected, TypeError)
-    spans = {name: _span(name, pair) for name, pair in zip(names, pairs, strict=True)}
+    expected = "expected two finite numbers, low < high"
+    spans = {
+        name: pair(f"box[{name!r}]", each, expected)
+        for name, each in zip(names, pairs, strict=True)
+    }
     values = sys._merged(params)
     low, high = zip(*spans.values(), strict=True)
     tolerances = precision(rtol, atol, max_steps)
@@ -202,18 +207,6 @@ def bifurcation_set(
     )
     ended(found["raised"], set=result)
     return result
-
-
-def _span(name: str, bounds: tuple[float, float]) -> tuple[float, float]:
-    what, expected = f"box[{name!r}]", "expected two finite numbers, low < high"
-    try:
-        low, high = bounds
-    except (TypeError, ValueError):
-        refuse(what, bounds, expected)
-    low, high = number(f"{what}[0]", low, expected), number(f"{what}[1]", high, expected)
-    if not low < high:
-        refuse(what, bounds, expected)
-    return low, high
 
 
 def _at(values: Mapping[str, float], name: str, found: _core._Branch) -> dict[str, float]:

@@ -12,7 +12,7 @@ from ._check import number, refuse
 from ._system import System
 from ._types import Floats
 
-__all__ = ["Bounds", "box", "interval", "ranges"]
+__all__ = ["Bounds", "box", "interval", "pair", "ranges"]
 
 Bounds = Mapping[str, Sequence[float] | Floats]
 
@@ -40,6 +40,18 @@ def interval(name: str, given: object, most: int = 2) -> tuple[float, ...]:
     if not low < high:
         refuse(name, span, "expected low < high")
     return low, high, *span[2:]
+
+
+def pair(name: str, given: Any, expected: str) -> tuple[float, float]:  # noqa: ANN401 - checked here
+    """Low and high of the range of a parameter."""
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        refuse(name, given, expected)
+    low, high = number(f"{name}[0]", low, expected), number(f"{name}[1]", high, expected)
+    if not low < high:
+        refuse(name, (low, high), expected)
+    return low, high
 
 
 def box(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._bounds import pair
 from ._check import integer, number, refuse, word, words
 from ._cycle import node_events, without_point
 from ._orbit import Complexes, Orbit, orbit_from, precision
@@ -565,12 +566,8 @@ def _bounds(
     value: float,
 ) -> tuple[float, float]:
     expected = f"expected two finite numbers, low < high, with {name} = {value!r} between them"
-    try:
-        low, high = bounds
-    except (TypeError, ValueError):
-        refuse(what, bounds, expected)
-    low, high = number(f"{what}[0]", low, expected), number(f"{what}[1]", high, expected)
-    if not (low < high and low <= value <= high):
+    low, high = pair(what, bounds, expected)
+    if not low <= value <= high:
         refuse(what, (low, high), expected)
     return low, high
 
