@@ -2,6 +2,7 @@
 // Everything.
 #pragma once
 
+#include <filippov/cells.hpp>
 #include <filippov/diagram.hpp>
 #include <filippov/flow.hpp>
 #include <filippov/models/belt.hpp>
