@@ -56,7 +56,7 @@ FLOORS: list[list[str]] = [
         "bifurcation_set",
     ],
     # 6: cells and basins
-    ["cells"],
+    ["cells", "refine"],
     # 7: top
     ["models/*", "filippov"],
 ]

@@ -13,5 +13,6 @@
 #include <filippov/models/relay.hpp>
 #include <filippov/models/stiff_relay.hpp>
 #include <filippov/models/unit_circle.hpp>
+#include <filippov/refine.hpp>
 #include <filippov/trajectory.hpp>
 #include <filippov/version.hpp>
