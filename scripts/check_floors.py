@@ -57,6 +57,7 @@ FLOORS: list[list[str]] = [
     ],
     # 6: cells and basins
     ["cells", "refine"],
+    ["basin_numbers"],
     # 7: top
     ["models/*", "filippov"],
 ]

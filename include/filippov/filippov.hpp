@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/cells.hpp>
+#include <filippov/basin_numbers.hpp>
 #include <filippov/diagram.hpp>
 #include <filippov/flow.hpp>
 #include <filippov/models/belt.hpp>
