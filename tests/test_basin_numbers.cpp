@@ -6,6 +6,7 @@
 #include <filippov/basin_numbers.hpp>
 
 #include <functional>
+#include <numeric>
 #include <vector>
 
 using namespace filippov;
@@ -89,6 +90,25 @@ std::vector<PairCount> counts_of(std::initializer_list<std::array<double, 3>> li
         counts.push_back(count);
     }
     return counts;
+}
+
+using Point = Vec<double, Eigen::Dynamic>;
+
+Point at(double x) { return Point::Constant(1, x); }
+Point at(double x, double y) { return Vec<double, 2>(x, y); }
+
+/// Attractors of one point each.
+std::vector<KnownAttractor> known_at(const std::vector<double>& x) {
+    std::vector<KnownAttractor> known;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        known.push_back({static_cast<Label>(i + 1), {at(x[i])}});
+    return known;
+}
+std::vector<AttractorPoints> found_at(const std::vector<double>& x) {
+    std::vector<AttractorPoints> found;
+    for (const double value : x)
+        found.push_back({at(value)});
+    return found;
 }
 
 } // namespace
@@ -605,6 +625,109 @@ TEST_CASE("box_dimension: sizes are as asked, and unresolved cells are no bounda
     CHECK(wider.error == Approx(0).margin(1e-13));
 }
 
+// --- attractors over a parameter ---------------------------------------------------------------
+
+TEST_CASE("attractor_distance: is the larger mean of nearest distances", "[basin_numbers]") {
+    const AttractorPoints a{at(0, 0), at(4, 0)}, b{at(0, 3), at(4, 0), at(4, 1)};
+    // from a: 3, 0; from b: 3, 0, 1
+    CHECK(attractor_distance(a, b, at(1, 1)) == Approx(1.5));
+    CHECK(attractor_distance(b, a, at(1, 1)) == Approx(1.5));
+    CHECK(attractor_distance(a, b, at(1, 2)) == Approx(0.75));
+    CHECK(attractor_distance(b, {b[2], b[0], b[1]}, at(1, 1)) == 0);
+    // a part is not the whole: from the part 0, from the whole (0 + 3)/2
+    CHECK(attractor_distance({at(0)}, {at(0), at(3)}, at(1)) == Approx(1.5));
+    // a point doubled by a period doubling is as near as its halves
+    CHECK(attractor_distance({at(1)}, {at(0.99), at(1.01)}, at(1)) == Approx(0.01));
+}
+
+TEST_CASE("match_attractors: a permutation is undone", "[basin_numbers]") {
+    const auto m =
+        match_attractors(known_at({1, 2, 3, 4}), found_at({3.01, 1.02, 4.03, 1.99}), at(1), 0.3, 5);
+    CHECK(m.ids == std::vector<Label>{3, 1, 4, 2});
+    const double moved[] = {0.01, 0.02, 0.03, 0.01};
+    for (std::size_t i = 0; i < 4; ++i)
+        CHECK(m.distances[i] == Approx(moved[i]));
+    CHECK(m.vanished.empty());
+    CHECK(m.appeared.empty());
+    CHECK(m.next_id == 5);
+}
+
+TEST_CASE("match_attractors: what vanishes is named, and its id is never given again",
+          "[basin_numbers]") {
+    const auto gone = match_attractors(known_at({1, 2, 3}), found_at({3, 1}), at(1), 0.3, 4);
+    CHECK(gone.ids == std::vector<Label>{3, 1});
+    CHECK(gone.vanished == std::vector<Label>{2});
+    CHECK(gone.next_id == 4);
+    const std::vector<KnownAttractor> left{{3, {at(3)}}, {1, {at(1)}}};
+    const auto back = match_attractors(left, found_at({1, 2, 3}), at(1), 0.3, gone.next_id);
+    CHECK(back.ids == std::vector<Label>{1, 4, 3});
+    CHECK(back.appeared == std::vector<Label>{4});
+    CHECK(std::isnan(back.distances[1]));
+    CHECK(back.vanished.empty());
+    CHECK(back.next_id == 5);
+}
+
+TEST_CASE("match_attractors: what moves by more than the threshold is another one",
+          "[basin_numbers]") {
+    const auto near = match_attractors(known_at({1}), found_at({1.5}), at(1), 0.5, 2);
+    CHECK(near.ids == std::vector<Label>{1});
+    const auto far = match_attractors(known_at({1}), found_at({1.5}), at(1), 0.499, 2);
+    CHECK(far.ids == std::vector<Label>{2});
+    CHECK(far.vanished == std::vector<Label>{1});
+    CHECK(far.appeared == std::vector<Label>{2});
+    const auto longer = match_attractors(known_at({1}), found_at({1.5}), at(2), 0.499, 2);
+    CHECK(longer.ids == std::vector<Label>{1});
+
+    const auto first = match_attractors({}, found_at({7, 8}), at(1), 1, 1);
+    CHECK(first.ids == std::vector<Label>{1, 2});
+    CHECK(first.next_id == 3);
+    const auto last = match_attractors(known_at({7, 8}), {}, at(1), 1, 3);
+    CHECK(last.ids.empty());
+    CHECK(last.vanished == std::vector<Label>{1, 2});
+    CHECK(match_attractors({}, {}, at(1), 1, 1).ids.empty());
+}
+
+TEST_CASE("match_attractors: two close attractors both move on where greedy choice swaps them",
+          "[basin_numbers]") {
+    // Both moved by 0.6 along: the nearest pair of all is 2 with the image of 1, at 0.4; taking it
+    // first leaves 1 with the image of 2, at 1.6.
+    const auto m = match_attractors(known_at({0, 1}), found_at({0.6, 1.6}), at(1), 1, 3);
+    CHECK(m.ids == std::vector<Label>{1, 2});
+    CHECK(m.vanished.empty());
+}
+
+TEST_CASE("match_attractors: a pair that is none does not pull others apart", "[basin_numbers]") {
+    // The sums of distances are 0.9 + 4 and 5 + 0.1; beyond 1 they count as 1: 1.9 and 1.1.
+    const auto m = match_attractors(known_at({0, 1}), found_at({0.9, 5}), at(1), 1, 3);
+    CHECK(m.ids == std::vector<Label>{2, 3});
+    CHECK(m.vanished == std::vector<Label>{1});
+}
+
+TEST_CASE("least_cost: is the least of all permutations", "[basin_numbers]") {
+    std::mt19937_64 random(17);
+    for (int trial = 0; trial < 300; ++trial) {
+        const int n = 1 + trial % 7;
+        Mat<double, Eigen::Dynamic, Eigen::Dynamic> cost(n, n);
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) // every third time few values, so that there are ties
+                cost(i, j) = trial % 3 == 0 ? std::floor(4 * uniform(random)) : uniform(random);
+        const auto total = [&](const std::vector<std::size_t>& column_of) {
+            double sum = 0;
+            for (int i = 0; i < n; ++i)
+                sum += cost(i, static_cast<int>(column_of[static_cast<std::size_t>(i)]));
+            return sum;
+        };
+        std::vector<std::size_t> order(static_cast<std::size_t>(n));
+        std::iota(order.begin(), order.end(), 0);
+        const auto chosen = detail::least_cost(cost);
+        CHECK(std::is_permutation(order.begin(), order.end(), chosen.begin()));
+        double least = total(order);
+        while (std::next_permutation(order.begin(), order.end()))
+            least = std::min(least, total(order));
+        CHECK(total(chosen) == Approx(least).margin(1e-14)); // rounding of seven terms
+    }
+}
+
 // --- misuse ------------------------------------------------------------------------------------
 
 TEST_CASE("basin_numbers: what makes no sense is refused by name", "[basin_numbers]") {
@@ -649,4 +772,19 @@ TEST_CASE("basin_numbers: what makes no sense is refused by name", "[basin_numbe
     const auto wrong = labelling([](double, double) { return -7; });
     refused([&] { count_pairs({0, 0}, {1, 1}, wrong, std::vector<double>{0.1}, 1, 1); },
             "labels[0] = -7");
+
+    const auto match = [&](const std::vector<KnownAttractor>& known, const Point& scale,
+                           double threshold, Label next_id) {
+        return [=] { match_attractors(known, found_at({1}), scale, threshold, next_id); };
+    };
+    refused(match(known_at({1}), at(1), nan, 2), "threshold = ");
+    refused(match(known_at({1}), at(1), 0, 2), "threshold = 0");
+    refused(match(known_at({1}), at(0), 1, 2), "scale[0] = 0");
+    refused(match(known_at({1}), at(1, 1), 1, 2), "point.size() = 1");
+    refused(match({{1, {}}}, at(1), 1, 2), "points.size() = 0");
+    refused(match({{1, {at(nan)}}}, at(1), 1, 2), "point = ");
+    refused(match(known_at({1, 2}), at(1), 1, 2), "id = 2");
+    refused(match({{1, {at(1)}}, {1, {at(2)}}}, at(1), 1, 2), "expected each id once");
+    refused(match({}, at(1), 1, 0), "next_id = 0");
+    refused(match({}, at(1), 1, std::numeric_limits<Label>::max()), "next_id = 2.14748e+09");
 }
