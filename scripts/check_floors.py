@@ -18,7 +18,7 @@ from pathlib import Path
 # "models/*" stands for every header of that folder. A header that is not listed is an error.
 FLOORS: list[list[str]] = [
     # 0: ground
-    ["version", "config", "elementary", "scalar", "taylor", "dual", "status", "parallel"],
+    ["version", "config", "scalar", "elementary", "lanes", "taylor", "dual", "status", "parallel"],
     # 1: what a system is
     ["system"],
     # 2: geometry at the surface
@@ -37,6 +37,12 @@ FLOORS: list[list[str]] = [
         "flow",
         "variation",
         "trajectory",
+        "lane_guards",
+        "population",
+        "lane_flow",
+        "ensemble",
+        "any_scalar",
+        "any_lanes",
     ],
     # 5: maps and orbits
     [
@@ -56,14 +62,13 @@ FLOORS: list[list[str]] = [
         "bifurcation_set",
     ],
     # 6: cells and basins
-    ["cells", "refine"],
-    ["basin_numbers"],
+    ["cells", "refine", "basin_numbers", "basins", "quotient"],
     # 7: top
     ["models/*", "filippov"],
 ]
 
 # Headers of the system that one header alone may include, where they exist.
-SYSTEM: dict[str, set[str]] = {"parallel": {"omp.h", "unistd.h"}}
+SYSTEM: dict[str, set[str]] = {"parallel": {"omp.h", "unistd.h"}, "lanes": {"immintrin.h"}}
 
 ROOT = Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*([<\"])([^>\"]+)[>\"]", re.MULTILINE)

@@ -148,7 +148,7 @@ struct DormandPrince8 {
         const R fifth = k.mean_square([](std::size_t j) { return e5[j]; }, weight);
         const R third = k.mean_square([](std::size_t j) { return e3[j]; }, weight);
         const R both = fifth + R(0.01) * third;
-        return both > R(0) ? fifth * (fifth / both) : both;
+        return select(both > R(0), R(fifth * (fifth / both)), both);
     }
 };
 

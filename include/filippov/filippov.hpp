@@ -2,9 +2,10 @@
 // Everything.
 #pragma once
 
-#include <filippov/cells.hpp>
 #include <filippov/basin_numbers.hpp>
+#include <filippov/cells.hpp>
 #include <filippov/diagram.hpp>
+#include <filippov/ensemble.hpp>
 #include <filippov/flow.hpp>
 #include <filippov/models/belt.hpp>
 #include <filippov/models/coulomb.hpp>

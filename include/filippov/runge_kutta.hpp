@@ -44,7 +44,7 @@ public:
     /// @param dt  an S, or the plain number under it
     template <class Rhs, class Step>
     FILIPPOV_INLINE void step(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1) {
-        if constexpr (!std::floating_point<S>)
+        if constexpr (!is_plain<S>)
             return step_in_loops(rhs, t, x, dt, x1);
         [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
             (stage<J + 1>(rhs, t, x, dt, x1), ...);
@@ -131,27 +131,40 @@ private:
         }
     }
 
+    template <std::size_t J> struct WeightsOf {
+        constexpr long double operator()(std::size_t j) const { return Tableau::a[J][j]; }
+    };
+
     /// x + dt sum_j a_j k_j. Only the newest stage is late: its term is added last, and dt
     /// multiplies the weights, so that the chain from one stage to the next is one product and one
     /// or two sums. At an inner stage x joins the early terms; in the result it is added last, for
-    /// one rounding.
+    /// one rounding. In lanes, where the units are busy all the time, dt multiplies the sum.
     template <std::size_t J, class Step>
     FILIPPOV_INLINE void advance(const State& x, const Step& dt, State& out) const {
         constexpr long double newest = Tableau::a[J][J - 1];
         for (int i = 0; i < N; ++i) {
-            S early(0);
-            [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
-                (add_scaled<J, I>(dt, i, early), ...);
-            }(std::make_index_sequence<J - 1>{});
-            const S late = (static_cast<Real<S>>(newest) * dt) * k[J - 1][i];
-            out[i] = J == last ? x[i] + (early + late) : (x[i] + early) + late;
+            if constexpr (is_wide<S>) {
+                S sum(0);
+                [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
+                    (add<I>(WeightsOf<J>{}, i, sum), ...);
+                }(std::make_index_sequence<J>{});
+                out[i] = fused(S(dt), sum, x[i]);
+            } else {
+                S early(0);
+                [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
+                    (add_scaled<J, I>(dt, i, early), ...);
+                }(std::make_index_sequence<J - 1>{});
+                const S scaled = static_cast<Real<S>>(newest) * dt;
+                out[i] = J == last ? x[i] + fused(scaled, k[J - 1][i], early)
+                                   : fused(scaled, k[J - 1][i], S(x[i] + early));
+            }
         }
     }
     template <std::size_t J, std::size_t I, class Step>
     FILIPPOV_INLINE void add_scaled(const Step& dt, int i, S& sum) const {
         constexpr long double weight = Tableau::a[J][I];
         if constexpr (weight != 0)
-            sum += (static_cast<Real<S>>(weight) * dt) * k[I][i];
+            sum = fused(S(static_cast<Real<S>>(weight) * dt), k[I][i], sum);
     }
 
     /// sum_j row(j) k_j[i] over the non-zero weights, unrolled at compile time.
@@ -166,7 +179,7 @@ private:
     template <std::size_t J, class Row> FILIPPOV_INLINE void add(Row, int i, S& sum) const {
         constexpr long double weight = row_value<Row, J>();
         if constexpr (weight != 0)
-            sum += static_cast<S>(weight) * k[J][i];
+            sum = fused(S(static_cast<Real<S>>(weight)), k[J][i], sum);
     }
 
     /// Beyond the last entry of a row that is shorter than the stage array the weight is zero.

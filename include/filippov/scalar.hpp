@@ -34,6 +34,12 @@ template <std::floating_point S> S value_of(const S& x) { return x; }
 /// The floating-point type under a scalar.
 template <class S> using Real = decltype(value_of(std::declval<const S&>()));
 
+/// True of scalars that fit into registers: code of theirs is unrolled.
+template <class S> inline constexpr bool is_plain = std::floating_point<S>;
+
+/// True of lanes: what counts is the number of operations, not how they wait for each other.
+template <class S> inline constexpr bool is_wide = false;
+
 /// Column vector of N scalars.
 template <class S, int N> using Vec = Eigen::Matrix<S, N, 1>;
 
@@ -48,6 +54,21 @@ template <std::floating_point S> inline constexpr S epsilon = std::numeric_limit
 template <std::floating_point S> S ulp(S t) {
     return std::max(epsilon<S> * std::abs(t), std::numeric_limits<S>::min());
 }
+
+/// a b + c, rounded once where the machine can do that as fast as twice.
+FILIPPOV_INLINE double fused(double a, double b, double c) {
+#if defined(__FP_FAST_FMA)
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+template <class S> FILIPPOV_INLINE S fused(const S& a, const S& b, const S& c) { return a * b + c; }
+
+/// a if m, else b: what a kernel writes that may run in lanes.
+template <class S> FILIPPOV_INLINE S select(bool m, const S& a, const S& b) { return m ? a : b; }
+
+FILIPPOV_INLINE bool any(bool m) { return m; }
 
 /// True if every component is finite. Written on bits of arithmetic so that it vectorises: x*0 is
 /// 0 for finite x and NaN otherwise.

@@ -21,7 +21,7 @@ S rounding_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
     S sum = abs(h_t(sys, j, t, x, p) * t);
     for (int i = 0; i < dim_v<Sys>; ++i)
         sum += abs(g[i] * x[i]);
-    return S(16) * epsilon<S> * sum;
+    return S(16 * epsilon<Real<S>>) * sum;
 }
 
 /// How far h_j can change while each component of x changes by its length: sum_i |dh/dx_i| l_i.
@@ -48,11 +48,12 @@ S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Pa
 /// component): x - h W g / (g' W g), W = diag(scale^2). The smallest change in the norm of the
 /// error test, and so independent of the units of x.
 ///
+/// @param scale  plain numbers, or lanes of them
 /// @return x unchanged where h is zero already or the gradient vanishes
-template <class Sys, class S>
+template <class Sys, class S, class R>
 FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
                                              const State<Sys, S>& x, const Params<Sys, S>& p,
-                                             const State<Sys, Real<S>>& scale) {
+                                             const Vec<R, dim_v<Sys>>& scale) {
     const S h = switching(sys, t, x, p)[j];
     if constexpr (std::floating_point<S>) // a dual that is zero still has derivatives
         if (h == S(0))
@@ -61,31 +62,31 @@ FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
     S norm(0);
     for (int i = 0; i < dim_v<Sys>; ++i)
         norm += g[i] * g[i] * scale[i] * scale[i];
-    if (!(norm > S(0)))
-        return x;
     State<Sys, S> y;
     // g_i^2 scale_i^2 / norm is exactly 1 where one component is all of the gradient: x_i - h/g_i,
     // to the last bit
     for (int i = 0; i < dim_v<Sys>; ++i) {
         const S share = g[i] * g[i] * scale[i] * scale[i] / norm;
-        y[i] = share > S(0) ? x[i] - h / g[i] * share : x[i];
+        y[i] = select(share > S(0), S(x[i] - h / g[i] * share), x[i]);
     }
     return y;
 }
 
 /// Puts x on h_j = 0 to rounding: Newton until |h| stops falling, at most eight times.
-template <class Sys, class S>
+template <class Sys, class S, class R>
 State<Sys, S> project(const Sys& sys, int j, const S& t, State<Sys, S> x, const Params<Sys, S>& p,
-                      const State<Sys, S>& scale) {
+                      const Vec<R, dim_v<Sys>>& scale) {
     using std::abs;
     S best = abs(switching(sys, t, x, p)[j]);
-    for (int k = 0; k < 8 && best > S(0); ++k) {
+    for (int k = 0; k < 8 && any(best > S(0)); ++k) {
         const State<Sys, S> y = toward_surface(sys, j, t, x, p, scale);
         const S h = abs(switching(sys, t, y, p)[j]);
-        if (!(h < best))
+        const auto better = h < best;
+        if (!any(better))
             break;
-        best = h;
-        x = y;
+        best = select(better, h, best);
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            x[i] = select(better, y[i], x[i]);
     }
     return x;
 }

@@ -31,6 +31,8 @@ struct Oscillator {
         using elementary::cos;
         return p[0] * cos(p[1] * t) - p[3] * x[0];
     }
+    /// 1/m: the same at every stage of a step, which a division would not be.
+    template <Scalar S> static S per_mass(const P<S>& p) { return S(1) / p[2]; }
     /// g mu(r) of (4.5), r >= 0: the part without a pole.
     template <Scalar S> static S smooth_part(const S& r, const P<S>& p) {
         return p[4] * (p[8] + p[9] * r * r);
@@ -44,11 +46,13 @@ struct Oscillator {
 
     template <Scalar S> X<S> f1(const S& t, const X<S>& x, const P<S>& p) const {
         const S r = p[5] - x[1], denominator = (S(1) + p[7] * p[5]) - p[7] * x[1];
-        return {x[1], (pull(t, x, p) / p[2] + smooth_part(r, p)) + falling_part(denominator, p)};
+        return {x[1],
+                (pull(t, x, p) * per_mass(p) + smooth_part(r, p)) + falling_part(denominator, p)};
     }
     template <Scalar S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
         const S r = x[1] - p[5], denominator = (S(1) - p[7] * p[5]) + p[7] * x[1];
-        return {x[1], (pull(t, x, p) / p[2] - smooth_part(r, p)) - falling_part(denominator, p)};
+        return {x[1],
+                (pull(t, x, p) * per_mass(p) - smooth_part(r, p)) - falling_part(denominator, p)};
     }
     /// (4.18)
     template <Scalar S> S h(const S&, const X<S>& x, const P<S>& p) const { return x[1] - p[5]; }
@@ -61,7 +65,7 @@ struct Oscillator {
     template <Scalar S> X<S> field(const S& t, const X<S>& x, const S& s, const P<S>& p) const {
         using std::abs;
         const S r = abs(S(x[1] - p[5]));
-        return {x[1], pull(t, x, p) / p[2] -
+        return {x[1], pull(t, x, p) * per_mass(p) -
                           s * (smooth_part(r, p) + falling_part(S(S(1) + p[7] * r), p))};
     }
     /// On the belt: s = (A cos(omega t) - k y) / (m g mu(0)), from (4.12) and (4.2).

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a step of every lane shows of its guard: the tests of guards.hpp without branches.
+#pragma once
+
+#include <filippov/guards.hpp>
+#include <filippov/lanes.hpp>
+
+#include <array>
+
+namespace filippov::lanes {
+
+template <int W> inline Lanes<W> infinity() { return std::numeric_limits<double>::infinity(); }
+
+/// A guard at the start of a step, and at its probes: numbers 1 to Times::n.
+template <class Times, int W> struct Probed {
+    Lanes<W> start; ///< where order > 0: what rounding left at the root
+    Lanes<W> order; ///< of a root at the start, 0: none
+    std::array<Lanes<W>, Times::n + 1> probe;
+
+    const Lanes<W>& end() const { return probe[Times::n]; }
+
+    /// Where the probes do not show that the guard stays clear of zero: see Trace::doubtful.
+    FILIPPOV_INLINE LaneMask<W> doubtful() const {
+        using T = Lanes<W>;
+        T low = start, high = start;
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            low = min(low, probe[k]);
+            high = max(high, probe[k]);
+        }
+        const T spread = high - low;
+        LaneMask<W> clear = low > T(0.3) * spread;
+        const LaneMask<W> perhaps = ~clear & (low > T(0.03) * spread);
+        if (any(perhaps))
+            clear = clear | (perhaps & monotone());
+        const LaneMask<W> rooted = order > T(0);
+        if (!any(rooted))
+            return ~clear;
+        return ~((rooted & divided_clear()) | (~rooted & clear));
+    }
+
+    /// How far the next step should go: a fifth beyond the contact that a parabola through this one
+    /// foresees: see Trace::next_zero.
+    FILIPPOV_INLINE Lanes<W> reach(const Lanes<W>& dt, const Lanes<W>& least) const {
+        using T = Lanes<W>;
+        constexpr std::size_t m = Times::n * 2 / 3;
+        constexpr double theta = Times::theta(m);
+        // h(u) = end + slope u + bend u^2, u = theta - 1
+        const T rise = (end() - probe[m]) * T(1 / (1 - theta));
+        const T bend = fused(probe[m] - start, T(-1 / theta), rise);
+        const T slope = fused(bend, T(1 - theta), rise);
+        const T discriminant = fused(slope, slope, T(-4) * bend * end());
+        const T denominator = sqrt(max(discriminant, T(0))) - slope;
+        const LaneMask<W> comes =
+            (discriminant >= T(0)) & (denominator > T(0)) & (end() > T(0)) & (order == T(0));
+        return select(comes, max(T(2.4) * end() * dt / denominator, least), infinity<W>());
+    }
+
+private:
+    FILIPPOV_INLINE LaneMask<W> monotone() const {
+        using T = Lanes<W>;
+        T rise = infinity<W>(), fall = rise, previous = start;
+        for (const std::size_t k : Times::in_time) {
+            if (k != Times::n && Times::theta(k) == 1.0)
+                continue; // an earlier, cruder stage at the end
+            const T change = probe[k] - previous;
+            rise = min(rise, change);
+            fall = min(fall, -change);
+            previous = probe[k];
+        }
+        return (rise >= T(0)) | (fall >= T(0));
+    }
+    /// The first test without the root at the start. The first stages of a method are too crude to
+    /// tell more than a slope: a double root is judged by the later ones.
+    FILIPPOV_INLINE LaneMask<W> divided_clear() const {
+        using T = Lanes<W>;
+        const LaneMask<W> twice = order > T(1);
+        T low = infinity<W>(), high = -low;
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            const double u = Times::theta(k);
+            const T once = (probe[k] - start) * T(1 / u);
+            const T v = select(twice, T(once * T(1 / u)), once);
+            if (u >= 0.25) {
+                low = min(low, v);
+                high = max(high, v);
+            } else {
+                low = select(twice, low, min(low, v));
+                high = select(twice, high, max(high, v));
+            }
+        }
+        return low > T(0.3) * (high - low);
+    }
+};
+
+/// What samples of a guard along a step or a window show of its first zero.
+template <int W> struct Look {
+    LaneMask<W> found{false}; ///< there is one, in [low, high] and no other before
+    LaneMask<W> hard{false};  ///< that is not so plain; elsewhere there is none
+    Lanes<W> low{0.0}, high{1.0};
+    Lanes<W> value_low{0.0}, value_high{0.0};
+
+    /// Takes the next sample: positive ones are passed until the first that is not.
+    FILIPPOV_INLINE void take(double at, const Lanes<W>& v, const LaneMask<W>& counts) {
+        using T = Lanes<W>;
+        const LaneMask<W> zero = counts & ~(v > T(0)) & ~found;
+        high = select(zero, T(at), high);
+        value_high = select(zero, v, value_high);
+        found = found | zero;
+        const LaneMask<W> passes = counts & ~found;
+        low = select(passes, T(at), low);
+        value_low = select(passes, v, value_low);
+    }
+    void settle() { found = found & ~hard; }
+};
+
+/// Looks at samples v[0] to v[n] at equal distances, positive at first.
+///
+/// Between two of them nothing is hidden if they are clear of zero by twice what a parabola with
+/// the largest second difference dips below them, or if the fall (or the rise) through a sample
+/// goes on by more than such a parabola could turn.
+/// @param rooted  where v[0] does not count: there was a root at the start, which is divided out
+template <std::size_t Size, int W>
+Look<W> look_along(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& rooted) {
+    using T = Lanes<W>;
+    constexpr std::size_t n = Size - 1;
+    T bend(0);
+    for (std::size_t k = 1; k < n; ++k) {
+        const T difference = abs(v[k - 1] - T(2) * v[k] + v[k + 1]);
+        bend = max(bend, k == 1 ? select(rooted, T(0), difference) : difference);
+    }
+    const T clear = T(0.25) * bend;
+    Look<W> r;
+    LaneMask<W> falls_in(true), rises_in(true);
+    for (std::size_t k = 0; k <= n; ++k) {
+        const LaneMask<W> counts = k == 0 ? ~rooted : LaneMask<W>(true);
+        r.take(double(k) / n, v[k], counts);
+        LaneMask<W> falls(true), rises(true);
+        if (k < n) {
+            const T change = v[k + 1] - v[k];
+            falls = -change > bend;
+            rises = change > bend;
+        }
+        const LaneMask<W> through = (falls_in & falls) | (rises_in & rises);
+        r.hard = r.hard | (counts & ~r.found & ~(v[k] > clear) & ~through);
+        falls_in = falls;
+        rises_in = rises;
+    }
+    // What lies between a root at the start and the first sample would not be seen.
+    r.hard = r.hard | (rooted & r.found & (r.high <= T(1.0 / n))) | ~(bend < infinity<W>());
+    r.settle();
+    return r;
+}
+
+/// Looks at a margin at the probes of a window of a slide, m[0] at its start: see
+/// Trace::falls_through.
+template <int W> Look<W> look_in_window(const std::array<Lanes<W>, WindowTimes<double>::n + 1>& m) {
+    using T = Lanes<W>;
+    constexpr std::size_t n = WindowTimes<double>::n;
+    T low = m[0], high = m[0], bend(0), fourth(0);
+    for (std::size_t k = 1; k <= n; ++k) {
+        low = min(low, m[k]);
+        high = max(high, m[k]);
+    }
+    for (std::size_t k = 1; k < n; ++k)
+        bend = max(bend, abs(m[k - 1] - T(2) * m[k] + m[k + 1]));
+    for (std::size_t k = 0; k + 4 <= n; ++k)
+        fourth =
+            max(fourth, abs(fused(T(6), m[k + 2], m[k] + m[k + 4]) - T(4) * (m[k + 1] + m[k + 3])));
+    const T spread = high - low, clear = T(0.25) * bend;
+    Look<W> r;
+    LaneMask<W> unclear(false);
+    for (std::size_t k = 0; k <= n; ++k) {
+        r.take(double(k) / n, m[k], LaneMask<W>(true));
+        unclear = unclear | (~r.found & ~(m[k] > clear));
+    }
+    const LaneMask<W> cubic = fourth < T(0.25) * spread;
+    const LaneMask<W> still = low > T(2) * spread; // whatever it does between
+    r.hard = ~still & (~cubic | unclear | (r.found & (r.high <= T(0))));
+    r.settle();
+    return r;
+}
+
+/// The zero of f that a look found: false position with Illinois's halving, in every lane until the
+/// step or the bracket is below `tolerance`.
+template <int W, class F>
+FILIPPOV_INLINE Lanes<W> root(const Look<W>& look, double tolerance, const F& f) {
+    using T = Lanes<W>;
+    T a = look.low, b = look.high, fa = look.value_low, fb = look.value_high, c = b;
+    LaneMask<W> todo = look.found & (fb < T(0));
+    T stayed(0); // -1: b did, +1: a did
+    for (int k = 0; k < 100 && any(todo); ++k) {
+        const T secant = (a * fb - b * fa) / (fb - fa);
+        const T u = select((secant > a) & (secant < b), secant, T(0.5) * (a + b));
+        const T fu = f(u);
+        const LaneMask<W> moves = abs(u - c) > T(tolerance);
+        c = select(todo, u, c);
+        const LaneMask<W> to_a = todo & (fu > T(0)), to_b = todo & ~(fu > T(0));
+        a = select(to_a, u, a);
+        b = select(to_b, u, b);
+        fa = select(to_a, fu, select(to_b & (stayed > T(0)), T(0.5) * fa, fa));
+        fb = select(to_b, fu, select(to_a & (stayed < T(0)), T(0.5) * fb, fb));
+        stayed = select(to_a, T(-1), select(to_b, T(1), stayed));
+        todo = todo & moves & ~(fu == T(0)) & (b - a > T(tolerance));
+    }
+    return c;
+}
+
+} // namespace filippov::lanes

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The members of an ensemble, and how one of them is run by the scalar engine.
+#pragma once
+
+#include <filippov/flow.hpp>
+#include <filippov/parallel.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace filippov {
+
+/// A member of an ensemble: where a run starts and ends.
+template <int N, int P> struct Member {
+    Vec<double, N> x;
+    Vec<double, P> p;
+    double t0 = 0, t_end = 0;
+};
+
+/// How a member ended, or stands where a leg of its run ended.
+template <int N> struct Outcome {
+    Status status = Status::interrupted; ///< `interrupted`: it was not run to its end
+    Clock<double> clock{};
+    Vec<double, N> x = Vec<double, N>::Constant(std::numeric_limits<double>::quiet_NaN());
+    int mode = 0;
+    std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
+    double slide_time = 0;               ///< spent in slides, units of t
+};
+
+/// What a run in lanes did, counted.
+struct LaneCounters {
+    long long trips = 0;       ///< of all loops: each computes a step or a window in every lane
+    long long useful = 0;      ///< lanes in them that had a member
+    long long steps = 0;       ///< trial steps in slip that lanes took
+    long long searches = 0;    ///< steps in doubt, taken again
+    long long landings = 0;    ///< steps taken to land on events
+    long long windows = 0;     ///< of slides
+    long long handed_over = 0; ///< stretches that the scalar engine ran
+    int width = 1;
+
+    double occupancy() const { return trips > 0 ? double(useful) / (double(trips) * width) : 1.0; }
+    LaneCounters& operator+=(const LaneCounters& other) {
+        trips += other.trips;
+        useful += other.useful;
+        steps += other.steps;
+        searches += other.searches;
+        landings += other.landings;
+        windows += other.windows;
+        handed_over += other.handed_over;
+        width = other.width;
+        return *this;
+    }
+};
+
+/// Where the members of an ensemble come from and go to. Its functions are called by several
+/// threads at once, each for members of its own.
+template <int N, int P> class Population {
+public:
+    virtual ~Population() = default;
+    Population() = default;
+    Population(const Population&) = delete;
+    Population& operator=(const Population&) = delete;
+
+    virtual Member<N, P> member(std::size_t id) = 0;
+    /// Asked where a member comes to its end: true if it is to go on by another leg.
+    virtual bool goes_on(std::size_t, const Outcome<N>&) { return false; }
+    /// How far: a whole number of periods if the system has one, > 0.
+    virtual double leg(std::size_t) { return 0; }
+    /// The end of a member, told once.
+    virtual void take(std::size_t id, const Outcome<N>& outcome) = 0;
+
+    /// True of a state outside the bounds.
+    bool beyond(const Vec<double, N>& x) const {
+        return !(x.cwiseAbs().array() <= escape.array()).all();
+    }
+
+    bool same_params = false;  ///< all members have the same parameters
+    bool ends_at_exit = false; ///< the first exit from a slide ends a member, with status `event`
+    /// A member of which a component is larger than this, after a step, has escaped.
+    Vec<double, N> escape = Vec<double, N>::Constant(std::numeric_limits<double>::infinity());
+};
+
+/// A stretch of a member's run.
+template <int N, int P> struct Stretch {
+    Vec<double, P> p;
+    Vec<double, N> x; ///< at its start
+    double t0 = 0;    ///< then, since the period began
+    double dt = 0;    ///< how long, of any sign
+    int before = 0;   ///< the mode before the event at which it starts, and ...
+    int guard = -1;   ///< ... what was met there (see Guard); -1: nothing is known of the start
+    bool ends_at_exit = false;
+    long long max_steps = 1, max_events = 1;
+};
+/// How it ended.
+template <int N> struct StretchEnd {
+    Status status = Status::ok;
+    Clock<double> clock{}; ///< its index counts the periods of the stretch
+    Vec<double, N> x;
+    int mode = 0;
+    std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
+    double slide_time = 0;
+    long long steps = 0;
+};
+
+/// Runs stretches one at a time: what is not plain enough for lanes, and systems and settings that
+/// lanes do not know. An interface, so that lanes are compiled without it.
+template <int N, int P> class ScalarEngine {
+public:
+    virtual ~ScalarEngine() = default;
+    ScalarEngine() = default;
+    ScalarEngine(const ScalarEngine&) = delete;
+    ScalarEngine& operator=(const ScalarEngine&) = delete;
+
+    virtual StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker) const = 0;
+};
+
+/// The engine of `flow`.
+template <class Sys, class Tableau>
+class FlowEngine final : public ScalarEngine<dim_v<Sys>, params_v<Sys>> {
+    static constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>, P = params_v<Sys>;
+
+public:
+    FlowEngine(const Sys& sys, const Settings<double, N>& settings)
+        : sys_(sys), settings_(settings) {}
+
+    StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker) const override {
+        StretchEnd<N> end;
+        Settings<double, N> settings = settings_;
+        settings.max_steps = stretch.max_steps;
+        settings.max_events = stretch.max_events;
+        KnownStart<M> known;
+        known.before.set(0, stretch.before);
+        known.guard = stretch.guard;
+        Listener<double, N, M> listener;
+        double since = stretch.t0;
+        bool sliding = false;
+        listener.step = [](const auto&, const auto&) {};
+        listener.event = [&](const Event<double, N, M>& e) {
+            if (sliding)
+                end.slide_time += std::abs(e.t - since);
+            since = e.t;
+            const bool was_sliding = sliding;
+            sliding = e.mode_after.sliding() > 0;
+            if (e.kind == EventKind::start || e.kind == EventKind::end)
+                return;
+            end.events += e.mode_before != e.mode_after;
+            end.slides += sliding && !was_sliding;
+        };
+        listener.ends = [&](const Event<double, N, M>& e) {
+            return stretch.ends_at_exit && e.kind == EventKind::exit_sliding;
+        };
+        listener.stop = [&] { return worker.stopped(); };
+        const Sections<> none;
+        const auto r = detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Sections<>>(
+                           sys_, stretch.p, stretch.t0, stretch.x, stretch.t0 + stretch.dt,
+                           settings, listener, none, known)
+                           .run();
+        end.status = r.status;
+        end.clock = r.clock;
+        end.x = r.x;
+        end.mode = r.mode[0];
+        end.steps = r.counters.steps + r.counters.rejected;
+        return end;
+    }
+
+private:
+    const Sys sys_;
+    const Settings<double, N> settings_;
+};
+
+} // namespace filippov
