@@ -10,11 +10,14 @@ True
 from __future__ import annotations
 
 from . import models
+from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
 from ._bifurcation_set import BifurcationSet, bifurcation_set
 from ._branch import Branch, SpecialPoint, continuation
+from ._cells import CellGroup, CellMap, Grid, cell_map
 from ._config import get_include, show_config
 from ._core import __version__
 from ._diagram import Diagram, bifurcation_diagram
+from ._ensemble import Ensemble, LaneStats, ensemble
 from ._event import EventKind
 from ._event_map import EventMap, FixedPoint, event_map
 from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
@@ -30,19 +33,28 @@ from ._system import Params, System
 from ._trajectory import Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
+    "Attractor",
+    "Basins",
     "BifurcationSet",
     "Branch",
+    "CellGroup",
+    "CellMap",
     "Diagram",
+    "Ensemble",
     "Equilibrium",
     "EventKind",
     "EventMap",
     "FixedPoint",
+    "Grid",
+    "GroupCheck",
+    "LaneStats",
     "Lyapunov",
     "Mapped",
     "Orbit",
     "OrbitError",
     "Params",
     "Piece",
+    "Saddle",
     "Settings",
     "SimulationError",
     "SlidingBoundary",
@@ -55,10 +67,13 @@ __all__ = [
     "Tangency",
     "Trajectory",
     "__version__",
+    "basins",
     "bifurcation_diagram",
     "bifurcation_set",
     "boundary_equilibria",
+    "cell_map",
     "continuation",
+    "ensemble",
     "equilibria",
     "event_map",
     "get_include",

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _core
 from ._check import word
+from ._lanes import instruction_set, lanes_in_a_register
 
 __all__ = ["get_include", "show_config"]
 
@@ -31,6 +32,7 @@ def show_config(mode: str = "stdout") -> dict[str, str] | None:
         "C++": str(_core.config["cxx"]),
         "Eigen": str(_core.config["eigen"]),
         "instruction set": str(_core.config["simd"]),
+        "lanes": f"{instruction_set()}, {lanes_in_a_register()} in a register",
         "threads": str(_core.config["threads"]),
         "assertions": "on" if _core.config["assertions"] else "off",
         "Python": platform.python_version(),

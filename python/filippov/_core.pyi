@@ -397,3 +397,71 @@ def boundary_equilibria(
     /,
 ) -> _Found: ...
 def depends_on_time(model: Model, low: _Floats, high: _Floats, p: _Floats, /) -> bool: ...
+
+class _Ensemble(TypedDict):
+    x: _Floats
+    t: _Floats
+    period: NDArray[np.int64]
+    status: NDArray[np.int8]
+    mode: NDArray[np.int8]
+    events: NDArray[np.int32]
+    slides: NDArray[np.int32]
+    slide_time: _Floats
+    counters: dict[str, int]
+    raised: BaseException | None
+
+_Axes: TypeAlias = list[tuple[int, float, float, int]]
+
+def instruction_set() -> str: ...
+def scalar(model: Model) -> object: ...
+def ensemble(
+    capsule: object,
+    n: int,
+    x0: _Floats,
+    params: _Floats,
+    t0: _Floats,
+    t_end: _Floats,
+    escape: list[float] | None,
+    eighth_order: bool,
+    rtol: float,
+    atol: _Floats,
+    max_step: float,
+    first_step: float,
+    max_steps: int,
+    max_events: int,
+    on_nonunique: int,
+    threads: int,
+    show: Callable[[int, int], object] | None,
+) -> _Ensemble: ...
+def cells_of(axes: _Axes, points: _Floats) -> NDArray[np.int32]: ...
+def centres(axes: _Axes) -> _Floats: ...
+def lines_on_surface(
+    model: Model, axes: _Axes, p: _Floats, rest: _Floats, t0: float
+) -> list[tuple[int, int, float]]: ...
+def cell_map(axes: _Axes, image: NDArray[np.int32]) -> dict[str, Any]: ...
+def basins(
+    model: Model,
+    capsule: object,
+    axes: _Axes,
+    p: _Floats,
+    rest: _Floats,
+    t0: float,
+    seeds: int,
+    settle: int,
+    longest: int,
+    newtons: int,
+    periods: int,
+    distance: float,
+    audit: int,
+    seed: int,
+    escape: list[float],
+    eighth_order: bool,
+    rtol: float,
+    atol: _Floats,
+    max_step: float,
+    max_steps: int,
+    max_events: int,
+    on_nonunique: int,
+    threads: int,
+    show: Callable[[int, int], object] | None,
+) -> dict[str, Any]: ...

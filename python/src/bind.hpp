@@ -122,7 +122,9 @@ inline Vector vector_of(const Array<double>& a) {
     return Eigen::Map<const Vector>(a.data(), a.size());
 }
 
+void bind_cells(py::module_& m);
 void bind_diagram(py::module_& m);
+void bind_ensemble(py::module_& m);
 void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);
 void bind_maps(py::module_& m);

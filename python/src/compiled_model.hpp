@@ -336,6 +336,7 @@ public:
         else
             return nullptr;
     }
+    std::shared_ptr<const AnyScalar> scalar() const override { return any_scalar(sys_); }
     DiagramColumns diagram(const DiagramTask& task) const override {
         return task.eighth_order ? diagram<DormandPrince8>(task) : diagram<DormandPrince5>(task);
     }

@@ -23,6 +23,8 @@ PYBIND11_MODULE(_core, m) {
     fpy::bind_system(m);
     fpy::bind_trajectory(m);
     fpy::bind_diagram(m);
+    fpy::bind_ensemble(m);
+    fpy::bind_cells(m);
     fpy::bind_orbit(m);
     fpy::bind_maps(m);
     fpy::bind_geometry(m);

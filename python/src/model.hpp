@@ -3,6 +3,7 @@
 // knows pybind11, so that a model's translation unit compiles the engine and nothing else.
 #pragma once
 
+#include <filippov/any_scalar.hpp>
 #include <filippov/any_system.hpp>
 #include <filippov/parallel.hpp>
 
@@ -165,6 +166,8 @@ public:
     virtual Run simulate(const Task& task) const = 0;
     /// For maps, orbits and bifurcations; null for a system with several surfaces.
     virtual std::shared_ptr<const AnySystem> analysis(const Precision& precision) const = 0;
+    /// What lanes need to run it; null for a system that has none.
+    virtual std::shared_ptr<const AnyScalar> scalar() const = 0;
     /// Exceptions of the task's own functions pass through.
     virtual DiagramColumns diagram(const DiagramTask& task) const = 0;
 };

@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Grids of cells, and simple cell mapping."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._bounds import interval
+from ._check import integer, number, refuse
+from ._ensemble import STATUS_NAMES, LaneStats, escape_bounds, run_settings
+from ._lanes import instruction_set, lanes_of
+from ._progress import Progress, ended, shown
+from ._status import Status
+from ._system import Params, System
+from ._trajectory import Settings
+from ._types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["CellGroup", "CellMap", "Grid", "cell_map"]
+
+Integers = NDArray[np.int32]
+GridArgument = Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A rectangle of cells over two state components."""
+
+    names: tuple[str, str]  #: components along the first and the second axis of the arrays
+    coordinates: tuple[int, int]  #: their indices in the state
+    low: tuple[float, float]
+    high: tuple[float, float]
+    shape: tuple[int, int]  #: cells along either axis
+
+    @property
+    def axes(self) -> list[tuple[int, float, float, int]]:
+        """Rows (coordinate, low, high, n) for the compiled core."""
+        return list(zip(self.coordinates, self.low, self.high, self.shape, strict=True))
+
+    def centres(self, axis: int) -> Floats:
+        """Centres of the cells along an axis."""
+        n = self.shape[axis]
+        low = self.low[axis]
+        return np.asarray(low + (self.high[axis] - low) * ((np.arange(n) + 0.5) / n), np.float64)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Ends of both axes, as matplotlib's `imshow` takes them."""
+        return (self.low[0], self.high[0], self.low[1], self.high[1])
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A grid with the states that it stands for."""
+
+    grid: Grid
+    rest: Floats  #: state, of which two components are those of the grid
+    t0: float
+    params: Params
+    period: float
+
+
+def picture_of(
+    sys: System,
+    grid: GridArgument,
+    rest: Mapping[str, float] | None,
+    t0: float,
+    params: Mapping[str, float] | None,
+) -> Picture:
+    """Check what a picture is made of."""
+    if not isinstance(sys, System):
+        refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
+    if "period" not in sys.capabilities:
+        refuse("sys", sys.name, "expected a System with a period")
+    expected = f"expected two of {', '.join(sys.state)}: {{name: (low, high, cells)}}"
+    if not isinstance(grid, Mapping):
+        refuse("grid", grid, expected, TypeError)
+    if len(grid) != 2 or not set(grid) <= set(sys.state):
+        refuse("grid", dict(grid), expected)
+    names: list[str] = []
+    ends: list[tuple[float, float]] = []
+    shape: list[int] = []
+    for name, given in grid.items():
+        span = interval(f"grid[{name!r}]", given, 3)
+        if len(span) != 3:
+            refuse(f"grid[{name!r}]", given, "expected (low, high, cells)")
+        names.append(name)
+        ends.append(span[:2])
+        shape.append(integer(f"grid[{name!r}][2]", span[2]))
+    others = [name for name in sys.state if name not in names]
+    state = np.zeros(sys.dim)
+    for name, value in (rest or {}).items():
+        if name not in others:
+            refuse("rest", rest, f"expected values of {', '.join(others) or 'no component'}")
+        state[sys.state.index(name)] = number(f"rest[{name!r}]", value)
+    values = sys._merged(params)
+    found = Grid(
+        names=(names[0], names[1]),
+        coordinates=(sys.state.index(names[0]), sys.state.index(names[1])),
+        low=(ends[0][0], ends[1][0]),
+        high=(ends[0][1], ends[1][1]),
+        shape=(shape[0], shape[1]),
+    )
+    table = np.array(list(values.values()), dtype=np.float64)
+    period = sys.period(params)
+    if period is None or not 0 < period < math.inf:
+        refuse("params", dict(values), "expected a finite period > 0")
+    picture = Picture(found, state, number("t0", t0), values, period)
+    warn_of_lines(_core.lines_on_surface(sys._model, found.axes, table, state, picture.t0), found)
+    return picture
+
+
+def warn_of_lines(lines: list[tuple[int, int, float]], grid: Grid) -> None:
+    """Say that rounding decides where a slide's image lies."""
+    for axis, _, value in lines:
+        warnings.warn(
+            f"the grid line {grid.names[axis]} = {value:g} lies on a switching surface: rounding "
+            "decides in which cell the image of a slide lies. Shift the grid by half a cell, or "
+            "take another number of cells.",
+            stacklevel=4,
+        )
+
+
+@dataclass(frozen=True)
+class CellGroup:
+    """Cells that the map of cells leads around."""
+
+    period: int  #: how many
+    cells: Integers  #: indices along both axes, shape (period, 2), in the order of the map
+    basin: int  #: cells that lead here, those of the group among them
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CellMap:
+    """Result of `cell_map`, one entry a cell: arrays have the shape of the grid."""
+
+    group: Integers  #: index into `groups`, -1 for the outside, -2 where it is not known
+    steps: Integers  #: maps until the group, the outside or the unknown
+    image: Integers  #: cell of the centre's image, row-major; -1 outside, -2 not known
+    status: NDArray[np.str_]  #: how each run ended: names of `Status`
+    groups: tuple[CellGroup, ...]  #: by period, then by smallest cell
+    sink_basin: int  #: cells that lead outside
+    unresolved_basin: int  #: cells of which it is not known
+    grid: Grid
+    system: str
+    params: Params
+    rest: Floats  #: state, of which two components are those of the grid
+    t0: float
+    period: float  #: of the forcing
+    settings: Settings
+    instruction_set: str
+    stats: LaneStats
+
+    @property
+    def time(self) -> Floats:
+        """Time until the group, of each cell."""
+        return np.asarray(self.steps * self.period, dtype=np.float64)
+
+    def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw the basins of the groups.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the image.
+
+        Returns
+        -------
+        list of artists
+            The image, and the groups' cells.
+        """
+        from ._plot_basins import plot_cell_map
+
+        return plot_cell_map(self, ax, artist_kw)
+
+    def __repr__(self) -> str:
+        words = ", ".join(f"period {g.period} with {g.basin} cells" for g in self.groups[:6])
+        more = f" and {len(self.groups) - 6} more" if len(self.groups) > 6 else ""
+        return (
+            f"<CellMap of {self.system}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
+            f"{len(self.groups)} groups ({words}{more}), {self.sink_basin} cells lead outside>"
+        )
+
+
+def unpack_cell_map(columns: Mapping[str, Any], shape: tuple[int, int]) -> dict[str, Any]:
+    """Arrays and groups as `CellMap` has them."""
+    groups = tuple(
+        CellGroup(
+            int(period), np.stack(np.unravel_index(cells, shape), axis=-1).astype(np.int32), int(n)
+        )
+        for period, cells, n in zip(
+            columns["period"], columns["cells"], columns["basin"], strict=True
+        )
+    )
+    return {
+        "group": columns["group"].reshape(shape),
+        "steps": columns["steps"].reshape(shape),
+        "groups": groups,
+        "sink_basin": columns["sink_basin"],
+        "unresolved_basin": columns["unresolved_basin"],
+    }
+
+
+def cell_map(
+    sys: System,
+    grid: GridArgument,
+    *,
+    params: Mapping[str, float] | None = None,
+    rest: Mapping[str, float] | None = None,
+    t0: float = 0.0,
+    periods: int = 1,
+    method: str = "dop853",
+    rtol: float = 1e-8,
+    atol: ArrayLike = 1e-10,
+    max_step: float = math.inf,
+    max_steps: int = 10_000_000,
+    max_events: int = 1_000_000,
+    on_nonunique: str = "stop",
+    escape: ArrayLike | None = None,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> CellMap:
+    """Map every cell of a grid to the cell that its centre reaches, and find where that leads.
+
+    Simple cell mapping of the strobe map. A cell moves by up to half its width before it is mapped:
+    groups can be spurious, one attractor can look like several, and cells near the edge can fall
+    outside falsely. `basins` labels cells by their own trajectories instead.
+
+    Parameters
+    ----------
+    sys : System
+        With a period.
+    grid : mapping
+        Two components of the state: `{"y": (-4, 4, 500), "v": (-3, 4, 500)}`, low, high and the
+        number of cells. The first is the first axis of the arrays.
+    params : mapping, optional
+        Parameter values by name that replace `sys.params`.
+    rest : mapping, optional
+        Values of the other components of the state; 0 where nothing is said.
+    t0 : float
+        Time at which cells are mapped.
+    periods : int
+        Forcing periods of one map.
+    method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads
+        As in `ensemble`, for every cell.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, in cells.
+
+    Returns
+    -------
+    CellMap
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that make no sense, before any work.
+    KeyboardInterrupt
+        Within a second of Ctrl-C; its attribute `cell_map` has what was finished, and cells that
+        were not mapped are unresolved.
+
+    Warns
+    -----
+    UserWarning
+        If a line of the grid lies on a switching surface.
+
+    Notes
+    -----
+    Hsu and Guttalu, J. Appl. Mech. 47 (1980); chapter, section 4.7.
+    """
+    picture = picture_of(sys, grid, rest, t0, params)
+    periods = integer("periods", periods)
+    run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
+    bounds = escape_bounds(sys, escape)
+    if threads is not None:
+        threads = integer("threads", threads)
+    cells = picture.grid
+    starts = np.tile(picture.rest, (math.prod(cells.shape), 1))
+    starts[:, list(cells.coordinates)] = _core.centres(cells.axes)
+    times = np.array([picture.t0]), np.array([picture.t0 + periods * picture.period])
+    values = np.array([list(picture.params.values())], dtype=np.float64)
+    with shown(progress, "cell") as show:
+        columns = _core.ensemble(
+            lanes_of(sys),
+            len(starts),
+            starts,
+            values,
+            times[0],
+            times[1],
+            bounds,
+            *run.arguments,
+            0.0,
+            *run.limits,
+            threads or 0,
+            show,
+        )
+    status = STATUS_NAMES[columns["status"]]
+    image = _core.cells_of(
+        cells.axes, np.ascontiguousarray(columns["x"][:, list(cells.coordinates)])
+    )
+    image[status == Status.escaped.value] = -1
+    image[(status != Status.ok.value) & (status != Status.escaped.value)] = -2
+    result = CellMap(
+        **unpack_cell_map(_core.cell_map(cells.axes, image), cells.shape),
+        image=image.reshape(cells.shape),
+        status=status.reshape(cells.shape),
+        grid=cells,
+        system=sys.name,
+        params=picture.params,
+        rest=picture.rest,
+        t0=picture.t0,
+        period=periods * picture.period,
+        settings=run.settings,
+        instruction_set=instruction_set(),
+        stats=LaneStats(**columns["counters"]),
+    )
+    ended(columns["raised"], cell_map=result)
+    return result

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Lanes for the processor at hand: one compiled module an instruction set, loaded when needed."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+from typing import Any
+
+from . import _core
+from ._check import refuse
+from ._system import System
+
+__all__ = ["LEVELS", "instruction_set", "lanes_in_a_register", "lanes_of"]
+
+#: Instruction sets, the least first; a processor that has one has those before it.
+LEVELS = ("baseline", "avx2", "avx512")
+
+
+@functools.cache
+def instruction_set() -> str:
+    """Name of the instruction set in use: the best one, or what `FILIPPOV_SIMD` asks for."""
+    best = _core.instruction_set()
+    wanted = os.environ.get("FILIPPOV_SIMD", best)
+    possible = LEVELS[: LEVELS.index(best) + 1]
+    if wanted not in possible:
+        refuse("FILIPPOV_SIMD", wanted, f"expected one of {', '.join(possible)}")
+    return wanted
+
+
+@functools.cache
+def _module(level: str) -> Any:  # noqa: ANN401 - compiled
+    return importlib.import_module(f"filippov._lanes_{level}")
+
+
+@functools.cache
+def _lanes(name: str, level: str) -> Any:  # noqa: ANN401 - an opaque capsule
+    model = next(model for model in _core.models() if model.name == name)
+    return _module(level).lanes(name, _core.scalar(model))
+
+
+def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule
+    """Give what `_core` runs ensembles of a system with."""
+    return _lanes(sys.name, instruction_set())
+
+
+def lanes_in_a_register() -> int:
+    """How many trajectories one register holds."""
+    return int(_module(instruction_set()).width)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of basins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._check import word
+from ._plot import _axes
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    from ._basins import Basins
+    from ._cells import CellMap, Grid, Integers
+
+ESCAPED, UNRESOLVED = "#ffffff", "#101010"
+#: Basins take these in turn.
+BASINS = ("#b9d2ec", "#f2c58a", "#b5ddb0", "#e3b3c6", "#d6cfa0", "#bdb5e0", "#a6dcd9", "#dfbfa8")
+ATTRACTOR: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 6.0,
+    "markeredgecolor": "#101010",
+    "markeredgewidth": 1.0,
+    "zorder": 3.0,
+}
+SADDLE: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "X",
+    "markersize": 7.0,
+    "markerfacecolor": "white",
+    "markeredgecolor": "#101010",
+    "markeredgewidth": 1.0,
+    "zorder": 3.0,
+}
+LABELS = ("label", "time", "plain")
+
+
+def _colours(labels: int) -> tuple[ListedColormap, BoundaryNorm]:
+    """Colours of -1, 0, 1, ..., `labels`."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    colours = [ESCAPED, UNRESOLVED, *(BASINS[k % len(BASINS)] for k in range(labels))]
+    return ListedColormap(colours), BoundaryNorm(np.arange(-1.5, labels + 1), len(colours))
+
+
+def _image(grid: Grid, values: Any, ax: Axes, artist_kw: dict[str, Any]) -> Any:  # noqa: ANN401
+    """Draw an array over the grid, the first axis to the right."""
+    given = {"origin": "lower", "aspect": "auto", "interpolation": "nearest"} | artist_kw
+    image = ax.imshow(values.T, extent=grid.extent, **given)
+    ax.set(xlabel=grid.names[0], ylabel=grid.names[1])
+    return image
+
+
+def _groups(group: Integers, n: int, grid: Grid, ax: Axes, artist_kw: dict[str, Any]) -> Any:  # noqa: ANN401
+    """Draw the basins of plain cell mapping: outside white, unknown black."""
+    values = np.where(group >= 0, group + 1, np.where(group == -1, -1, 0))
+    colours, norm = _colours(n)
+    return _image(grid, values, ax, {"cmap": colours, "norm": norm} | artist_kw)
+
+
+def plot_cell_map(cells: CellMap, ax: Axes | None, artist_kw: dict[str, Any]) -> list[Artist]:
+    """Draw a `CellMap`."""
+    ax = _axes(ax)
+    grid = cells.grid
+    artists: list[Artist] = [_groups(cells.group, len(cells.groups), grid, ax, artist_kw)]
+    for k, group in enumerate(cells.groups):
+        first, second = (grid.centres(axis)[group.cells[:, axis]] for axis in (0, 1))
+        colour = {"markerfacecolor": BASINS[k % len(BASINS)]}
+        artists += ax.plot(first, second, **(ATTRACTOR | colour))
+    return artists
+
+
+def plot_basins(
+    basins: Basins, ax: Axes | None, what: str, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw `Basins`."""
+    what = word("what", what, LABELS)
+    ax = _axes(ax)
+    grid = basins.grid
+    artists: list[Artist]
+    if what == "plain":
+        groups = len(basins.plain_groups)
+        artists = [_groups(basins.plain_group, groups, grid, ax, artist_kw)]
+    elif what == "time":
+        times = np.ma.masked_less(basins.time, 0)
+        artists = [_image(grid, times, ax, {"cmap": "viridis"} | artist_kw)]
+        ax.figure.colorbar(artists[0], ax=ax, label="forcing periods")  # type: ignore[arg-type]
+    else:
+        colours, norm = _colours(len(basins.attractors))
+        artists = [_image(grid, basins.label, ax, {"cmap": colours, "norm": norm} | artist_kw)]
+    for k, attractor in enumerate(basins.attractors):
+        at = attractor.points[list(grid.coordinates)]
+        colour = {"markerfacecolor": BASINS[k % len(BASINS)]}
+        few = {} if attractor.periodic else {"marker": ".", "markersize": 1.5, "rasterized": True}
+        artists += ax.plot(*at, **(ATTRACTOR | colour | few))
+    for saddle in basins.saddles:
+        artists += ax.plot(*saddle.points[list(grid.coordinates)], **SADDLE)
+    ax.set(xlim=(grid.low[0], grid.high[0]), ylim=(grid.low[1], grid.high[1]))
+    return artists

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bind_lanes.hpp"
+
+namespace filippov::python {
+
+namespace {
+
+using Doubles = Array<double>;
+
+/// Members given in arrays, of which one row, or one entry, may stand for all.
+class Listed final : public AnyPopulation {
+public:
+    // one entry a member
+    std::vector<double> x, t, slide_time;
+    std::vector<long long> period;
+    std::vector<signed char> status, mode;
+    std::vector<std::int32_t> events, slides;
+
+    Listed(std::size_t n, const Doubles& x0, const Doubles& params, const Doubles& t0,
+           const Doubles& t_end)
+        : x(n * std::size_t(x0.shape(1)), std::numeric_limits<double>::quiet_NaN()),
+          t(n, std::numeric_limits<double>::quiet_NaN()), slide_time(n, 0.0), period(n, 0),
+          status(n, static_cast<signed char>(Status::interrupted)), mode(n, 0), events(n, 0),
+          slides(n, 0), x0_(view(x0)), params_(view(params)), t0_(view(t0)), t_end_(view(t_end)),
+          dim_(std::size_t(x0.shape(1))), n_params_(std::size_t(params.shape(1))) {
+        same_params = params.shape(0) == 1;
+    }
+
+    void member(std::size_t id, MemberView& m) override {
+        row(x0_, dim_, id, m.x);
+        row(params_, n_params_, id, m.p);
+        m.t0 = t0_[t0_.size() == 1 ? 0 : id];
+        m.t_end = t_end_[t_end_.size() == 1 ? 0 : id];
+    }
+    void take(std::size_t id, const OutcomeView& o) override {
+        std::copy(o.x.begin(), o.x.end(), x.begin() + std::ptrdiff_t(id * dim_));
+        t[id] = o.clock.absolute();
+        period[id] = o.clock.index;
+        status[id] = static_cast<signed char>(o.status);
+        mode[id] = static_cast<signed char>(o.mode);
+        events[id] = o.events;
+        slides[id] = o.slides;
+        slide_time[id] = o.slide_time;
+    }
+
+private:
+    static void row(std::span<const double> rows, std::size_t width, std::size_t id,
+                    std::span<double> out) {
+        if (width > 0)
+            std::copy_n(rows.begin() + std::ptrdiff_t(rows.size() == width ? 0 : id * width), width,
+                        out.begin());
+    }
+    const std::span<const double> x0_, params_, t0_, t_end_;
+    const std::size_t dim_, n_params_;
+};
+
+py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
+                  const Doubles& params, const Doubles& t0, const Doubles& t_end,
+                  const std::optional<std::vector<double>>& escape, bool eighth_order, double rtol,
+                  const Doubles& atol, double max_step, double first_step, long long max_steps,
+                  long long max_events, int on_nonunique, int threads, const py::object& show) {
+    const AnyLanes& lanes = lanes_in(capsule);
+    const auto one_or_n = [n](py::ssize_t k) { return k == 1 || std::size_t(k) == n; };
+    expect(x0.ndim() == 2 && x0.shape(1) == lanes.dim() && one_or_n(x0.shape(0)),
+           "x0 has dim columns");
+    expect(params.ndim() == 2 && params.shape(1) == lanes.params() && one_or_n(params.shape(0)),
+           "params has a column a parameter");
+    expect(t0.ndim() == 1 && one_or_n(t0.shape(0)) && t_end.ndim() == 1 && one_or_n(t_end.shape(0)),
+           "t0 and t_end have one entry, or one a member");
+    const EnsembleSettings settings = ensemble_settings(
+        eighth_order, rtol, atol, max_step, first_step, max_steps, max_events, on_nonunique);
+    Listed members(n, x0, params, t0, t_end);
+    if (escape)
+        members.escape = *escape;
+    SignalCheck signals;
+    Parallel how;
+    how.threads = threads;
+    how.cancelled = [&signals] { return signals(); };
+    how.progress = progress(show, signals);
+    PopulationRun run;
+    {
+        const py::gil_scoped_release unlocked;
+        run = lanes.run(n, members, settings, how);
+    }
+    const auto size = py::ssize_t(n);
+    py::dict d;
+    d["x"] = as_array(std::move(members.x), {size, py::ssize_t(lanes.dim())});
+    d["t"] = as_array(std::move(members.t), {size});
+    d["period"] = as_array(std::move(members.period), {size});
+    d["status"] = as_array(std::move(members.status), {size});
+    d["mode"] = as_array(std::move(members.mode), {size});
+    d["events"] = as_array(std::move(members.events), {size});
+    d["slides"] = as_array(std::move(members.slides), {size});
+    d["slide_time"] = as_array(std::move(members.slide_time), {size});
+    d["counters"] = lane_counters_to_dict(run.counters);
+    d["raised"] = signals.raised();
+    return d;
+}
+
+} // namespace
+
+void bind_ensemble(py::module_& m) {
+    m.def("ensemble", &ensemble);
+    m.def("scalar", [](const Model& model) {
+        auto scalar = std::make_unique<ScalarPointer>(model.scalar());
+        return py::capsule(scalar.release(), scalar_capsule, [](PyObject* capsule) {
+            delete static_cast<ScalarPointer*>(PyCapsule_GetPointer(capsule, scalar_capsule));
+        });
+    });
+    // The best instruction set that lanes are compiled for and this processor has.
+    m.def("instruction_set", [] {
+#if defined(__x86_64__) && defined(__GNUC__)
+        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+            __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw"))
+            return "avx512";
+        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+            return "avx2";
+#endif
+        return "baseline";
+    });
+}
+
+} // namespace filippov::python

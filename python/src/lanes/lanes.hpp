@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The compiled models in lanes. These files are compiled once for each instruction set, every time
+// into a module of its own: two of them never meet in one link.
+#pragma once
+
+#include <filippov/any_lanes.hpp>
+
+#include <memory>
+#include <string>
+
+namespace filippov::python {
+
+using LanesPointer = std::shared_ptr<const AnyLanes>;
+using ScalarPointer = std::shared_ptr<const AnyScalar>;
+
+/// What a capsule of lanes is called.
+inline constexpr const char* lanes_capsule = "filippov.AnyLanes";
+/// ... and one of the scalar engine that they need.
+inline constexpr const char* scalar_capsule = "filippov.AnyScalar";
+
+LanesPointer oscillator_lanes(const ScalarPointer& scalar);
+LanesPointer friction_lanes(const std::string& name, const ScalarPointer& scalar);
+LanesPointer relay_lanes(const std::string& name, const ScalarPointer& scalar);
+LanesPointer plane_lanes(const std::string& name, const ScalarPointer& scalar);
+
+} // namespace filippov::python

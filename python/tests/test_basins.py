@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import warnings
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import filippov as fp
+
+OSCILLATOR = fp.models.oscillator
+SEED = {"A": 3.6, "omega": 1.067}
+
+
+def picture(n):
+    return {"y": (-4.0, 4.0, n), "v": (-3.0, 4.0, n)}
+
+
+@pytest.fixture(scope="module")
+def seed():
+    return fp.basins(OSCILLATOR, picture(60), params=SEED)
+
+
+def test_two_attractors_and_a_saddle(seed):
+    assert [a.period for a in seed.attractors] == [1, 1]
+    assert [s.period for s in seed.saddles] == [1]
+    # the starts of figure 4.16, read off a picture
+    for found, printed in zip(
+        (*seed.attractors, *seed.saddles),
+        ((-0.685, 3.01), (-0.295, 0.99), (-0.445, 1.27)),
+        strict=True,
+    ):
+        np.testing.assert_allclose(found.points[:, 0], printed, atol=0.02)
+        image = fp.strobe_map(OSCILLATOR, found.points[:, 0], params=SEED).x
+        np.testing.assert_allclose(image, found.points[:, 0], atol=1e-11)
+        assert abs(found.multipliers[-1]) < 1e-9  # a slide costs a dimension
+    assert all(abs(a.multipliers[0]) < 1 for a in seed.attractors)
+    assert abs(seed.saddles[0].multipliers[0]) > 1
+
+
+def test_labels_are_those_of_long_runs(seed):
+    random = np.random.default_rng(1)
+    cells = random.integers(0, 60, size=(2, 60))
+    y, v = (seed.grid.centres(k)[cells[k]] for k in (0, 1))
+    end = fp.ensemble(
+        OSCILLATOR, [y, v], (0.0, 80 * seed.period), params=SEED, rtol=1e-10, atol=1e-12
+    )
+    for k in range(cells.shape[1]):
+        gaps = [np.abs(a.points[:, 0] - end.y[:, k]).max() for a in seed.attractors]
+        assert min(gaps) < 1e-6
+        assert seed.label[tuple(cells[:, k])] == 1 + int(np.argmin(gaps))
+
+
+def test_nothing_is_left_open(seed):
+    assert seed.unresolved.size == 0
+    assert seed.disagreements == 0
+    assert seed.audited == 500
+    assert sum(seed.fractions.values()) == pytest.approx(1.0)
+    assert (seed.time >= 0).all()
+
+
+def test_the_confusion_table_counts_every_cell(seed):
+    table = np.array([row.cells for row in seed.confusion])
+    assert table.sum() == seed.label.size
+    assert [row.group for row in seed.confusion][-2:] == [-1, -2]
+    stand_ins = sorted(row.attractor for row in seed.confusion if row.attractor > 0)
+    assert stand_ins == [1, 2]
+    # plain cell mapping sees more groups than there are attractors, and cells that leave
+    assert len(seed.plain_groups) > 2
+    assert table[-2].sum() > 0
+
+
+def test_a_smaller_distance_takes_longer_and_changes_no_label(seed):
+    exact = fp.basins(OSCILLATOR, picture(60), params=SEED, distance=1e-6)
+    assert (exact.label == seed.label).all()
+    assert (exact.time >= seed.time).all()
+    assert exact.time.max() > seed.time.max()
+
+
+def test_the_number_of_threads_changes_nothing(seed):
+    again = fp.basins(OSCILLATOR, picture(60), params=SEED, threads=1)
+    assert (again.label == seed.label).all()
+    assert (again.time == seed.time).all()
+
+
+def test_plain_cell_mapping_agrees_with_its_definition():
+    cells = fp.cell_map(OSCILLATOR, picture(20), params=SEED)
+    assert cells.group.shape == (20, 20)
+    flat = cells.image.ravel()
+    for start in range(0, 400, 7):
+        cell, steps = start, 0
+        while cell >= 0 and steps < 400:
+            group = cells.group.ravel()[cell]
+            if group >= 0 and cells.steps.ravel()[cell] == 0:
+                break
+            cell, steps = flat[cell], steps + 1
+        assert steps == cells.steps.ravel()[start]
+    assert np.isclose(cells.time.max(), cells.steps.max() * 2 * np.pi / 1.067)
+
+
+def test_a_grid_line_on_the_surface_is_told():
+    with pytest.warns(UserWarning, match="v = 1 lies on a switching surface"):
+        fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (0, 2, 4)}, params=SEED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (0, 2, 5)}, params=SEED)
+
+
+def test_plots_return_their_artists(seed):
+    for what in ("label", "time", "plain"):
+        artists = seed.plot(what=what)
+        assert len(artists) == 1 + len(seed.attractors) + len(seed.saddles)
+        plt.close("all")
+    assert fp.cell_map(OSCILLATOR, picture(20), params=SEED).plot()
+    plt.close("all")
+    with pytest.raises(ValueError, match="what"):
+        seed.plot(what="labels")
+
+
+def test_as_xarray(seed):
+    data = seed.to_xarray()
+    assert data["label"].dims == ("y", "v")
+    assert data.attrs["A"] == 3.6
+    assert data["y"].size == 60
+
+
+def test_arguments_that_make_no_sense_are_refused():
+    with pytest.raises(ValueError, match="grid"):
+        fp.basins(OSCILLATOR, {"y": (-4, 4, 10)})
+    with pytest.raises(ValueError, match="grid"):
+        fp.basins(OSCILLATOR, {"y": (-4, 4, 10), "w": (0, 1, 10)})
+    with pytest.raises(ValueError, match=r"grid\['v'\]"):
+        fp.basins(OSCILLATOR, {"y": (-4, 4, 10), "v": (1, 0, 10)})
+    with pytest.raises(ValueError, match="expected a System with a period"):
+        fp.basins(fp.models.unit_circle, {"x": (-1, 1, 4), "y": (-1, 1, 4)})
+    with pytest.raises(ValueError, match="rest"):
+        fp.cell_map(OSCILLATOR, picture(4), rest={"y": 1.0})
+    with pytest.raises(ValueError, match="distance"):
+        fp.basins(OSCILLATOR, picture(4), distance=-1.0)
