@@ -33,18 +33,18 @@ private:
     void run_member(std::size_t id) {
         const Member<N, P> member = population_.member(id);
         const double T0 = period(sys_, member.p);
-        Outcome<N> o;
-        o.clock = Clock<double>::at(member.t0, T0);
-        o.x = member.x;
-        double left = o.clock.until(Clock<double>::at(member.t_end, T0));
+        double left = duration(member, T0);
+        Outcome<N> o = not_begun(member);
+        if (std::isfinite(left))
+            o.clock = Clock<double>::at(member.t0, T0);
         long long steps = 0;
-        for (;;) {
+        while (std::isfinite(left)) {
             run_leg(member.p, left, o, steps);
             if (o.status == Status::interrupted)
                 return;
             if (o.status != Status::ok || !population_.goes_on(id, o))
                 break;
-            left = population_.leg(id);
+            left = next_leg(population_, id);
         }
         population_.take(id, o);
         worker_.count();
@@ -57,8 +57,8 @@ private:
         stretch.t0 = o.clock.local;
         stretch.dt = left;
         stretch.ends_at_exit = population_.ends_at_exit;
-        stretch.max_steps = std::max(1LL, settings_.max_steps - steps);
-        stretch.max_events = std::max(1LL, settings_.max_events - o.events);
+        stretch.max_steps = settings_.max_steps - steps;
+        stretch.max_events = settings_.max_events - o.events;
         const StretchEnd<N> end = scalar_.run(stretch, worker_);
         const bool gone = end.status == Status::ok && population_.beyond(end.x);
         o.status = gone ? Status::escaped : end.status;

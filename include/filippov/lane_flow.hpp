@@ -85,10 +85,12 @@ private:
 
     /// The numbers of a member that its lane computes with.
     enum Field : std::size_t {
-        time,        ///< since the period began; since ever without one
-        carry,       ///< what rounding cut off it
-        index,       ///< of the period
-        left,        ///< time to the end of the run, or of its leg
+        time,     ///< since the period began; since ever without one
+        carry,    ///< what rounding cut off it
+        index,    ///< of the period
+        end_time, ///< of the run, or of its leg
+        end_index,
+        left,        ///< time to there
         proposal,    ///< of the next step
         reach,       ///< where the next step should end at the latest; in a slide: of its end
         trial,       ///< the step in doubt; the next window of a slide
@@ -108,15 +110,16 @@ private:
     struct Slot {
         std::array<double, n_fields> v;
         std::size_t id;
-        double end_time, end_index; ///< of the run, or of its leg
-        double before_slide;        ///< the proposal when the last slide began
-        double slid;                ///< time spent in slides
-        double slid_left;           ///< `left` where the last slide, or this leg of it, began
+        double before_slide; ///< the proposal when the last slide began
+        double slid;         ///< time spent in slides
+        double slid_left;    ///< `left` where the last slide, or this leg of it, began
+        double leg;          ///< time from the start to the end of the run, or of its leg
         std::int32_t events, slides;
-        signed char mode;   ///< in which it goes on
-        signed char before; ///< mode before the event at which it stands; 2: it stands at none
+        signed char mode;   ///< in which it goes on; `none`: it did not begin yet
+        signed char before; ///< mode before the event at which it stands; `none`: it stands at none
         signed char guard;  ///< met there
     };
+    static constexpr signed char none = 2;
 
     /// Members in lanes. A lane without one computes on what was there before.
     struct Group {
@@ -237,9 +240,15 @@ private:
 
     void take_new_members() {
         for (; !free_.empty() && next_ < end_; ++next_) {
+            const Member<N, P> member = population_.member(next_);
+            if (!std::isfinite(duration(member, period(sys_, member.p)))) {
+                population_.take(next_, not_begun(member));
+                worker_.count();
+                continue;
+            }
             const int s = free_.back();
             free_.pop_back();
-            begin_slot(slots_[std::size_t(s)], next_, population_.member(next_));
+            begin_slot(slots_[std::size_t(s)], next_, member);
             if (slots_[std::size_t(s)].v[left] >= 0)
                 lists_[start].push_back(s);
             else
@@ -249,15 +258,15 @@ private:
     void begin_slot(Slot& slot, std::size_t id, const Member<N, P>& member) const {
         slot = {};
         slot.id = id;
-        slot.before = 2;
+        slot.mode = slot.before = none;
         const double T0 = period(sys_, member.p);
         const auto now = Clock<double>::at(member.t0, T0),
                    end = Clock<double>::at(member.t_end, T0);
         slot.v[time] = now.local;
         slot.v[index] = double(now.index);
-        slot.v[left] = now.until(end);
-        slot.end_time = end.local;
-        slot.end_index = double(end.index);
+        slot.v[left] = slot.leg = now.until(end);
+        slot.v[end_time] = end.local;
+        slot.v[end_index] = double(end.index);
         slot.v[period_length] = T0;
         slot.v[longest_step] = T0 > 0 ? std::min(T0, settings_.max_step) : settings_.max_step;
         for (std::size_t i = 0; i < N; ++i)
@@ -270,17 +279,19 @@ private:
 
     static constexpr double infinite = std::numeric_limits<double>::infinity();
 
-    /// Moves the clock, as Clock::advance does. A step is no longer than a period.
+    /// Moves the clock, as Clock::advance does. A step is no longer than a period. (What is left is
+    /// told by the clock: a difference for every step would lose digits in a long run.)
     static void advance(Group& g, const T& dt, const Mask& where) {
         const T step = dt + g[carry], next = g[time] + step;
         const T lost = step - (next - g[time]);
         const T T0 = g[period_length], turned = next - T0, back = turned - next;
         const T lost_too = (next - (turned - back)) - (T0 + back);
         const Mask wraps = (T0 > T(0)) & (next >= T0);
-        g.set(left, g[left] - dt, where);
         g.set(time, select(wraps, turned, next), where);
         g.set(carry, select(wraps, lost + lost_too, lost), where);
         g.set(index, select(wraps, g[index] + T(1), g[index]), where);
+        const T periods = select(T0 > T(0), (g[end_index] - g[index]) * T0, T(0));
+        g.set(left, periods + ((g[end_time] - g[time]) - g[carry]), where);
     }
     /// Four units in the last place of t: steps below this do not move the clock.
     static T resolution(const T& t) {
@@ -384,7 +395,7 @@ private:
         counters_.steps += std::popcount(g.active);
 
         const Mask stuck = ~accepted & (proposed < resolution(t));
-        const Mask gone = bounded_ ? taken & beyond_bounds(x1) : Mask(false);
+        const Mask gone = taken & beyond_bounds(x1);
         const Mask ended = taken & last & ~gone, spent = g[tries] >= T(double(settings_.max_steps));
         if (const unsigned leaving = (doubt | gone | ended | stuck | spent).word() & g.active)
             each_lane(leaving, [&](int l) {
@@ -400,7 +411,7 @@ private:
     }
     Mask beyond_bounds(const X& x) const {
         Mask out(false);
-        for (int i = 0; i < N; ++i)
+        for (int i = 0; bounded_ && i < N; ++i)
             out = out | (abs(x[i]) > T(population_.escape[i]));
         return out;
     }
@@ -448,7 +459,7 @@ private:
         const Contact contact = judge<Side>(g, p, at, landed);
 
         const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
-        const Mask last = passes & (dt >= g[left]);
+        const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(full);
         g.set(state, full, passes);
         g.set(field, full_field, passes);
         g.set(start_value, end, passes);
@@ -458,6 +469,8 @@ private:
         each_lane(g.active, [&](int l) {
             if (met[l])
                 enter(g, l, Side, contact);
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
             else if (last[l])
                 end_leg(unload(g, l));
             else if (passes[l])
@@ -583,22 +596,36 @@ private:
     void enter(Group& g, int l, int before, const Contact& c) {
         const int s = unload(g, l);
         Slot& slot = slots_[std::size_t(s)];
+        if (!change_mode(s, static_cast<int>(c.mode[l])))
+            return;
         slot.before = static_cast<signed char>(before);
         slot.guard = static_cast<signed char>(Guard<1>::below(0));
-        slot.mode = static_cast<signed char>(c.mode[l]);
-        slot.events += before != 2;
         if (slot.mode == 0) {
-            ++slot.slides;
             slot.before_slide = slot.v[proposal];
             slot.slid_left = slot.v[left];
         }
         go_on(s);
     }
+    /// Counts the event, if it is one: a member that begins, or was handed back in this mode, meets
+    /// none. False where it is one too many.
+    bool change_mode(int s, int mode) {
+        Slot& slot = slots_[std::size_t(s)];
+        if (slot.mode != none && slot.mode != mode) {
+            if (slot.events >= settings_.max_events) {
+                finish(s, Status::max_events);
+                return false;
+            }
+            ++slot.events;
+            slot.slides += mode == 0;
+        }
+        slot.mode = static_cast<signed char>(mode);
+        return true;
+    }
     /// Sends a member that is in its mode to what is to be done there.
     void go_on(int s) {
         const Slot& slot = slots_[std::size_t(s)];
-        if (slot.events > settings_.max_events)
-            return finish(s, Status::max_events);
+        if (!(slot.v[left] > 0))
+            return end_leg(s);
         lists_[slot.mode == 0 ? slide : slip_task(slot.mode)].push_back(s);
     }
 
@@ -648,7 +675,8 @@ private:
         const Mask ends = (down.found | up.found) & ~hard;
         const X x1 = slid(dt, t, x, p);
         const Mask passes = ~hard & ~ends & finite(sum(x1));
-        const Mask shorter = hard & (dt > T(1e-4) * longest);
+        const T shortest = T(1e-4) * select(g[period_length] > T(0), half, g[proposal]);
+        const Mask shorter = hard & (dt > shortest);
 
         g.set(state, x1, passes);
         g.set(start_value, s, passes);
@@ -656,11 +684,13 @@ private:
         g.set(reach, select(down.found, down.low, up.low), ends);
         g[tries] += T(1);
         advance(g, dt, passes);
-        const Mask stays = (passes & ~last) | shorter,
+        const Mask gone = passes & beyond_bounds(x1), stays = (passes & ~last & ~gone) | shorter,
                    spent = g[tries] >= T(double(settings_.max_steps));
         each_lane((~stays | spent).word() & g.active, [&](int l) {
             if (ends[l])
                 leave(g, l, slide_end);
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
             else if (passes[l] && last[l])
                 end_leg(unload(g, l));
             else
@@ -734,12 +764,12 @@ private:
     }
     void enter_slip(int s, int side) {
         Slot& slot = slots_[std::size_t(s)];
+        if (!change_mode(s, side))
+            return;
         slot.before = 0;
         slot.guard = static_cast<signed char>(side < 0 ? Guard<1>::below(0) : Guard<1>::above(0));
-        slot.mode = static_cast<signed char>(side);
         slot.slid += slot.slid_left - slot.v[left];
         slot.v[proposal] = slot.before_slide;
-        ++slot.events;
         if (population_.ends_at_exit)
             return finish(s, Status::event);
         go_on(s);
@@ -772,25 +802,18 @@ private:
         c.mode = select(on, c.mode, select(below, T(-1), T(1)));
         c.plain = (on & c.plain) | (~on & finite(sum(f)) & (abs(value) < T(infinite)));
         take_up(g, c, on & c.plain);
-        const Mask over = g[left] <= T(0);
         each_lane(g.active, [&](int l) {
-            if (over[l])
-                start_again(unload(g, l));
-            else if (!c.plain[l])
-                hand_over(unload(g, l));
+            if (c.plain[l])
+                enter(g, l, none, c);
             else
-                enter(g, l, 2, c);
+                hand_over(unload(g, l));
         });
-    }
-    /// A leg that took no time.
-    void start_again(int s) {
-        if (reach_end(s))
-            lists_[start].push_back(s);
     }
     /// Hairer, Norsett, Wanner I, II.4, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
         const X size = scale(x);
-        const T d0 = mean_square(x, size), d1 = mean_square(f, size), span = g[left];
+        const T d0 = mean_square(x, size), d1 = mean_square(f, size);
+        const T span = select(g[left] > T(0), g[left], T(1)); // its first leg may have no length
         const T h0 =
             select((d0 < T(1e-10)) | (d1 < T(1e-10)), T(1e-6) * span, T(0.01) * sqrt(d0 / d1));
         X y;
@@ -807,11 +830,18 @@ private:
 
     // --- ends ----------------------------------------------------------------------------------
 
+    static Clock<double> clock_of(const Slot& slot) {
+        return {slot.v[period_length], static_cast<long long>(slot.v[index]), slot.v[time],
+                slot.v[carry]};
+    }
+    static Clock<double> end_of(const Slot& slot) {
+        return {slot.v[period_length], static_cast<long long>(slot.v[end_index]), slot.v[end_time],
+                0};
+    }
     Outcome<N> outcome(const Slot& slot, Status status) const {
         Outcome<N> o;
         o.status = status;
-        o.clock = {slot.v[period_length], static_cast<long long>(slot.v[index]), slot.v[time],
-                   slot.v[carry]};
+        o.clock = clock_of(slot);
         for (std::size_t i = 0; i < N; ++i)
             o.x[Eigen::Index(i)] = slot.v[state + i];
         o.mode = slot.mode;
@@ -838,8 +868,8 @@ private:
         Slot& slot = slots_[std::size_t(s)];
         if (slot.mode == 0)
             slot.slid += slot.slid_left - slot.v[left];
-        slot.v[time] = slot.end_time;
-        slot.v[index] = slot.end_index;
+        slot.v[time] = slot.v[end_time];
+        slot.v[index] = slot.v[end_index];
         slot.v[carry] = 0;
         slot.v[left] = slot.slid_left = 0;
         const Outcome<N> o = outcome(slot, Status::ok);
@@ -847,58 +877,61 @@ private:
             take(s, o);
             return false;
         }
-        const double leg = population_.leg(slot.id), T0 = slot.v[period_length];
-        slot.v[left] = slot.slid_left = leg;
+        const double leg = next_leg(population_, slot.id), T0 = slot.v[period_length];
+        slot.v[left] = slot.slid_left = slot.leg = leg;
         if (T0 > 0)
-            slot.end_index += std::round(leg / T0);
+            slot.v[end_index] += std::round(leg / T0);
         else
-            slot.end_time += leg;
+            slot.v[end_time] += leg;
         return true;
     }
 
     // --- the scalar engine ---------------------------------------------------------------------
 
-    /// Has a member run by the scalar engine for a period, or to the end of its leg.
+    /// For how long. Not for a whole period: on a periodic orbit that would end at the very event
+    /// that was not plain. And so long that a member is handed over a thousand times at most.
+    double stretch_of(const Slot& slot) const {
+        const double T0 = slot.v[period_length];
+        return T0 > 0 ? 0.9 * T0 : std::max(100 * slot.v[proposal], 1e-3 * slot.leg);
+    }
+    /// Has a member run by the scalar engine for a while, or to the end of its leg.
     FILIPPOV_COLD void hand_over(int s) {
         Slot& slot = slots_[std::size_t(s)];
         ++counters_.handed_over;
-        const double T0 = slot.v[period_length];
-        const double length = T0 > 0 ? T0 : 100 * slot.v[proposal];
-        const bool last = !(length < slot.v[left]);
+        const double some = stretch_of(slot);
+        const bool last = !(some < slot.v[left]);
         Stretch<N, P> stretch;
         for (std::size_t i = 0; i < N; ++i)
             stretch.x[Eigen::Index(i)] = slot.v[state + i];
         for (std::size_t i = 0; i < P; ++i)
             stretch.p[Eigen::Index(i)] = slot.v[param + i];
         stretch.t0 = slot.v[time];
-        stretch.dt = last ? slot.v[left] : length;
-        if (slot.before != 2 && slot.v[start_order] > 0) {
+        stretch.dt = last ? slot.v[left] : some;
+        if (slot.before != none && slot.v[start_order] > 0) {
             stretch.before = slot.before;
             stretch.guard = slot.guard;
         }
         stretch.ends_at_exit = population_.ends_at_exit;
-        stretch.max_steps =
-            std::max(1LL, settings_.max_steps - static_cast<long long>(slot.v[tries]));
-        stretch.max_events = std::max(1LL, settings_.max_events - slot.events);
+        stretch.max_steps = settings_.max_steps - static_cast<long long>(slot.v[tries]);
+        stretch.max_events = settings_.max_events - slot.events;
         const StretchEnd<N> end = scalar_.run(stretch, worker_);
-        if (end.status == Status::interrupted) // nobody is told of it
+        if (end.status == Status::interrupted) // as all others that were not run to their end
             return;
         for (std::size_t i = 0; i < N; ++i)
             slot.v[state + i] = end.x[Eigen::Index(i)];
         if (slot.mode == 0) // until here; the stretch counted from here
             slot.slid += slot.slid_left - slot.v[left];
-        slot.v[left] -= stretch.dt;
-        slot.slid_left = slot.v[left];
         slot.v[index] += double(end.clock.index);
         slot.v[time] = end.clock.local;
         slot.v[carry] = end.clock.carry;
+        slot.v[left] = slot.slid_left = last ? 0 : clock_of(slot).until(end_of(slot));
         slot.v[tries] += double(end.steps);
         slot.v[start_order] = 0;
         slot.slid += end.slide_time;
         slot.events += end.events;
         slot.slides += end.slides;
         slot.mode = static_cast<signed char>(end.mode);
-        slot.before = 2;
+        slot.before = none;
         if (end.status != Status::ok)
             return finish(s, end.status);
         if (population_.beyond(end.x))

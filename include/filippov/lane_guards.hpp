@@ -114,38 +114,39 @@ template <int W> struct Look {
 
 /// Looks at samples v[0] to v[n] at equal distances, positive at first.
 ///
-/// Between two of them nothing is hidden if they are clear of zero by twice what a parabola with
-/// the largest second difference dips below them, or if the fall (or the rise) through a sample
-/// goes on by more than such a parabola could turn.
+/// Between two positive ones nothing is hidden if they are clear of zero by twice what a parabola
+/// bent upwards dips below them, or differ by twice as much as one that turns between them could;
+/// bent by the largest second difference and by as much as these change from one to the next.
+/// Between a positive one and the next that is not there is one zero.
 /// @param rooted  where v[0] does not count: there was a root at the start, which is divided out
 template <std::size_t Size, int W>
 Look<W> look_along(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& rooted) {
     using T = Lanes<W>;
     constexpr std::size_t n = Size - 1;
-    T bend(0);
+    T bend = -infinity<W>(), change(0), previous(0);
     for (std::size_t k = 1; k < n; ++k) {
-        const T difference = abs(v[k - 1] - T(2) * v[k] + v[k + 1]);
-        bend = max(bend, k == 1 ? select(rooted, T(0), difference) : difference);
+        const T difference = (v[k - 1] - v[k]) - (v[k] - v[k + 1]);
+        if (k > 1) {
+            const T by = abs(difference - previous);
+            change = max(change, k == 2 ? select(rooted, T(0), by) : by);
+        }
+        bend = max(bend, k == 1 ? select(rooted, bend, difference) : difference);
+        previous = difference;
     }
+    bend = max(bend + change, T(0));
     const T clear = T(0.25) * bend;
     Look<W> r;
-    LaneMask<W> falls_in(true), rises_in(true);
-    for (std::size_t k = 0; k <= n; ++k) {
-        const LaneMask<W> counts = k == 0 ? ~rooted : LaneMask<W>(true);
-        r.take(double(k) / n, v[k], counts);
-        LaneMask<W> falls(true), rises(true);
-        if (k < n) {
-            const T change = v[k + 1] - v[k];
-            falls = -change > bend;
-            rises = change > bend;
-        }
-        const LaneMask<W> through = (falls_in & falls) | (rises_in & rises);
-        r.hard = r.hard | (counts & ~r.found & ~(v[k] > clear) & ~through);
-        falls_in = falls;
-        rises_in = rises;
+    r.take(0, v[0], ~rooted);
+    for (std::size_t k = 1; k <= n; ++k) {
+        r.take(double(k) / n, v[k], LaneMask<W>(true));
+        const LaneMask<W> both = k == 1 ? ~rooted : LaneMask<W>(true);
+        const LaneMask<W> turns = ~both | (abs(v[k] - v[k - 1]) <= bend);
+        const LaneMask<W> near = ~(v[k] > clear) | (both & ~(v[k - 1] > clear));
+        r.hard = r.hard | (~r.found & near & turns);
     }
     // What lies between a root at the start and the first sample would not be seen.
-    r.hard = r.hard | (rooted & r.found & (r.high <= T(1.0 / n))) | ~(bend < infinity<W>());
+    const LaneMask<W> at_start = r.high <= select(rooted, T(1.0 / n), T(0));
+    r.hard = r.hard | (r.found & at_start) | ~(bend < infinity<W>());
     r.settle();
     return r;
 }

@@ -18,6 +18,13 @@ template <int N, int P> struct Member {
     double t0 = 0, t_end = 0;
 };
 
+/// How long a member runs, units of t, negative backwards; not finite where its times say nothing.
+template <int N, int P> double duration(const Member<N, P>& member, double period) {
+    if (!std::isfinite(member.t_end - member.t0))
+        return std::numeric_limits<double>::quiet_NaN();
+    return Clock<double>::at(member.t0, period).until(Clock<double>::at(member.t_end, period));
+}
+
 /// How a member ended, or stands where a leg of its run ended.
 template <int N> struct Outcome {
     Status status = Status::interrupted; ///< `interrupted`: it was not run to its end
@@ -27,6 +34,14 @@ template <int N> struct Outcome {
     std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
     double slide_time = 0;               ///< spent in slides, units of t
 };
+
+/// Of a member whose times say nothing.
+template <int N, int P> Outcome<N> not_begun(const Member<N, P>& member) {
+    Outcome<N> o;
+    o.status = Status::not_finite;
+    o.x = member.x;
+    return o;
+}
 
 /// What a run in lanes did, counted.
 struct LaneCounters {
@@ -80,6 +95,15 @@ public:
     /// A member of which a component is larger than this, after a step, has escaped.
     Vec<double, N> escape = Vec<double, N>::Constant(std::numeric_limits<double>::infinity());
 };
+
+/// The next leg of a member.
+/// @error std::invalid_argument for one that leads nowhere
+template <int N, int P> double next_leg(Population<N, P>& population, std::size_t id) {
+    const double leg = population.leg(id);
+    if (!(leg > 0 && leg < std::numeric_limits<double>::infinity()))
+        detail::refuse("leg", leg, "expected a finite number > 0");
+    return leg;
+}
 
 /// A stretch of a member's run.
 template <int N, int P> struct Stretch {

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The event loop in lanes where it is hard: starts and ends at events, and members that come to
+// grief.
+
+#include "ensembles.hpp"
+
+#include <filippov/models/quartet.hpp>
+
+using namespace ensembles;
+
+namespace {
+
+/// x' = c + x^2, far from its surface: with c = 1 from 0 to infinity in pi/2.
+struct BlowUp {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"c"};
+    template <Scalar S> Vec<S, 1> f1(const S&, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        return Vec<S, 1>(S(p[0] + x[0] * x[0]));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const {
+        return x[0] + S(10);
+    }
+};
+
+/// Forced, and says of no period; the forcing is given by lanes up to a time of 1e5 only.
+struct Late {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"c"};
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        using elementary::cos;
+        return Vec<S, 1>(S(cos(t) + p[0] - x[0]));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        using elementary::cos;
+        return Vec<S, 1>(S(cos(t) - p[0] - x[0]));
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const { return x[0]; }
+};
+
+} // namespace
+
+// --- starts and ends ---------------------------------------------------------------------------
+
+namespace {
+
+/// Members one by one as `flow` has them: status, counts, and the state to within `margin`
+/// tolerances where it is sure. Returns how many differ.
+template <class Sys>
+int unlike_flow(const Sys& sys, const Members<Sys>& members, double each, double margin = 100) {
+    const auto settings = tolerance<Sys>(each);
+    const auto r = run<DormandPrince8>(sys, members, settings);
+    int n = 0;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        const auto &o = r.outcomes[i], s = by_flow<DormandPrince8>(sys, members[i], settings);
+        const double apart = (o.x - s.x).cwiseAbs().maxCoeff();
+        const bool alike = o.status == s.status && o.events == s.events && o.slides == s.slides &&
+                           o.mode == s.mode && apart <= margin * each &&
+                           std::abs(o.clock.absolute() - s.clock.absolute()) <= margin * each;
+        if (!alike)
+            UNSCOPED_INFO("member " << i << " from (" << members[i].x.transpose() << ") at "
+                                    << members[i].t0 << ": lanes " << name(o.status) << " "
+                                    << o.events << "/" << o.slides << " mode " << o.mode
+                                    << ", flow " << name(s.status) << " " << s.events << "/"
+                                    << s.slides << " mode " << s.mode << ", apart " << apart);
+        n += !alike;
+    }
+    return n;
+}
+
+double ulps(double v, int k) {
+    for (; k > 0; --k)
+        v = std::nextafter(v, inf);
+    for (; k < 0; ++k)
+        v = std::nextafter(v, -inf);
+    return v;
+}
+
+} // namespace
+
+TEST_CASE("lane_flow: starts on the surface and within some ulps of it", "[lane_flow]") {
+    const auto p = forced();
+    const double T = period_of(p);
+    Members<Oscillator> m;
+    // at t = 0 the block slides for -0.4 < y < 7.6
+    for (const double y : {-3.0, -0.9, -0.4, 0.0, 1.0, 5.0, 7.6, 7.9, 9.0})
+        for (int k = -3; k <= 3; ++k)
+            m.push_back({{y, ulps(1.0, k)}, p, 0, 2 * T});
+    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+}
+
+TEST_CASE("H40, lane_flow: starts within some ulps of the boundary of sliding", "[lane_flow]") {
+    const auto p = forced();
+    const double T = period_of(p);
+    Members<Oscillator> m;
+    for (const double t0 : {0.0, 0.5, 2.9, 5.0, -3.3, 40 * T})
+        for (const double s : {-1.0, 1.0}) {
+            const double y = 3.6 * std::cos(1.067 * t0) - 4 * s;
+            for (int k = -12; k <= 12; ++k)
+                m.push_back({{ulps(y, k), 1.0}, p, t0, t0 + 2 * T});
+        }
+    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+}
+
+namespace {
+
+/// Starts y (at v = 2) around the one between `low` and `high` at which the outcome after a time
+/// changes: neighbours in floating point.
+template <class Same>
+Members<Oscillator> tuned(double low, double high, double span, const Same& same_as_low) {
+    const auto p = forced();
+    const auto at = [&](double y) { return MemberOf<Oscillator>{{y, 2.0}, p, 0, span}; };
+    for (int k = 0; k < 200 && std::nextafter(low, high) != high; ++k) {
+        const double middle = low + (high - low) / 2;
+        (same_as_low(at(middle)) ? low : high) = middle;
+    }
+    Members<Oscillator> m;
+    for (int k = -40; k <= 40; ++k)
+        m.push_back(at(ulps(low, k)));
+    return m;
+}
+
+} // namespace
+
+TEST_CASE("H40, lane_flow: orbits that pass the boundary of sliding within some ulps",
+          "[lane_flow]") {
+    const auto settings = tolerance<Oscillator>(1e-8);
+    const auto first = [&](const MemberOf<Oscillator>& m) {
+        EventLog<double, 2, 1> log;
+        by_flow<DormandPrince8>(Oscillator{}, m, settings, &log);
+        return log.events.size() > 2 ? log.events[1].kind : EventKind::end;
+    };
+    // the first contact: crossing for small y, sliding for larger ones
+    const double span = 2 * period_of(forced());
+    double low = -8, high = -8;
+    const auto kind = [&](double y) { return first({{y, 2.0}, forced(), 0, span}); };
+    int found = 0;
+    for (; high < 8; low = high) {
+        high = low + 0.25;
+        if (kind(low) == kind(high))
+            continue;
+        ++found;
+        const auto reference = kind(low);
+        const auto m = tuned(low, high, span, [&](const auto& q) { return first(q) == reference; });
+        // Beside the boundary the two engines may see a slide or none, and go on alike.
+        const auto r = run<DormandPrince8>(Oscillator{}, m, settings);
+        int bad = 0;
+        double apart = 0;
+        for (std::size_t i = 0; i < m.size(); ++i) {
+            const auto &o = r.outcomes[i],
+                       s = by_flow<DormandPrince8>(Oscillator{}, m[i], settings);
+            bad += o.status != Status::ok || s.status != Status::ok ||
+                   std::abs(o.events - s.events) > 2 || std::abs(o.slides - s.slides) > 1;
+            apart = std::max(apart, (o.x - s.x).cwiseAbs().maxCoeff());
+        }
+        CAPTURE(low);
+        CHECK(bad == 0);
+        CHECK(apart <= 1e-6);
+    }
+    CHECK(found >= 2);
+}
+
+TEST_CASE("lane_flow: runs of no length, and runs that end at an event", "[lane_flow]") {
+    const auto settings = tolerance<Oscillator>(1e-8);
+    Members<Oscillator> m, ends;
+    for (auto member : grid(6, 3)) {
+        EventLog<double, 2, 1> log;
+        by_flow<DormandPrince8>(Oscillator{}, member, settings, &log);
+        for (const auto& e : log.events)
+            for (int k = -2; k <= 2; ++k) {
+                member.t_end = ulps(e.t, k);
+                ends.push_back(member);
+            }
+        member.t_end = member.t0;
+        m.push_back(member);
+        member.x[1] = 1; // on the surface
+        m.push_back(member);
+    }
+    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+    // whether the event at the end is one of the run is a matter of rounding
+    const auto r = run<DormandPrince8>(Oscillator{}, ends, settings);
+    int bad = 0;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        const auto &o = r.outcomes[i], s = by_flow<DormandPrince8>(Oscillator{}, ends[i], settings);
+        bad += o.status != s.status || std::abs(o.events - s.events) > 1 ||
+               !((o.x - s.x).cwiseAbs().maxCoeff() <= 1e-6);
+    }
+    CHECK(bad == 0);
+}
+
+TEST_CASE("lane_flow: backwards, at negative times, and after many periods", "[lane_flow]") {
+    const auto p = forced();
+    const double T = period_of(p);
+    Members<Oscillator> back, away;
+    Random random(5);
+    for (int k = 0; k < 60; ++k) {
+        const double t0 = random(-50, 50);
+        back.push_back({{random(-4, 4), random(-3, 4)}, p, t0, t0 - 0.5 * T});
+        const double begin = T * std::floor(random(-1e6, 1e6));
+        away.push_back({{random(-4, 4), random(-3, 4)}, p, begin, begin + 3 * T});
+    }
+    CHECK(unlike_flow(Oscillator{}, back, 1e-8) == 0);
+    CHECK(unlike_flow(Oscillator{}, away, 1e-8) == 0);
+}
+
+TEST_CASE("lane_flow: after a thousand periods the end is where it was asked for", "[lane_flow]") {
+    // near an attractor the engines agree for ever, if their clocks do
+    const auto p = forced();
+    const double T = period_of(p);
+    Members<Oscillator> m;
+    for (int k = 0; k < 5; ++k)
+        m.push_back({{-3 + 0.9 * k, 0.5 * k}, p, 0.1 * k, 0.1 * k + 1000 * T});
+    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+    CHECK(unlike_flow(Oscillator{}, m, 1e-12) == 0);
+}
+
+TEST_CASE("lane_flow: a forcing that lanes cannot follow is left to the scalar engine",
+          "[lane_flow]") {
+    Members<Late> m;
+    for (const double t0 : {0.0, 99990.0, 200000.0, -99995.0, -1e6})
+        for (const double c : {0.4, 1.2})
+            m.push_back({Vec<double, 1>(0.3), Vec<double, 1>(c), t0, t0 + 20});
+    CHECK(unlike_flow(Late{}, m, 1e-8) == 0);
+    const auto r = run(Late{}, m, tolerance<Late>(1e-8));
+    CHECK(r.counters.handed_over <= 1100 * static_cast<long long>(m.size()));
+}
+
+// --- members that come to grief ----------------------------------------------------------------
+
+TEST_CASE("lane_flow: what is not finite has a status, and spoils no other member", "[lane_flow]") {
+    auto m = grid(6, 2);
+    const auto alone = run(Oscillator{}, m, tolerance<Oscillator>(1e-8));
+    Members<Oscillator> mixed;
+    std::vector<std::size_t> place;
+    const double bad_numbers[] = {no_number, inf, -inf};
+    int k = 0;
+    for (const auto& good : m) {
+        auto bad = good;
+        const double v = bad_numbers[k % 3];
+        switch (k++ % 6) {
+        case 0:
+            bad.x[0] = v;
+            break;
+        case 1:
+            bad.x[1] = v;
+            break;
+        case 2:
+            bad.p[0] = v;
+            break;
+        case 3:
+            bad.t0 = v;
+            break;
+        case 4:
+            bad.t_end = v;
+            break;
+        default:
+            bad.p[1] = 0; // a period without end
+        }
+        mixed.push_back(bad);
+        place.push_back(mixed.size());
+        mixed.push_back(good);
+    }
+    const auto check = [&](const auto& sys) {
+        const auto r =
+            ensemble<DormandPrince8, 8>(sys, mixed, tolerance<Oscillator>(1e-8), within_time());
+        REQUIRE(r.status == Status::ok);
+        for (std::size_t i = 0; i < mixed.size(); i += 2) {
+            CAPTURE(i, name(r.outcomes[i].status));
+            CHECK(r.outcomes[i].status == Status::not_finite);
+            CHECK(r.outcomes[i].slide_time == 0.0);
+        }
+        return r;
+    };
+    check(OneByOne{});
+    const auto r = check(Oscillator{});
+    int differ = 0;
+    for (std::size_t i = 0; i < m.size(); ++i)
+        differ += !same(alone.outcomes[i], r.outcomes[place[i]]);
+    CHECK(differ == 0);
+}
+
+TEST_CASE("lane_flow: blows up by itself, or escapes its bounds", "[lane_flow]") {
+    Members<BlowUp> m;
+    for (int k = 0; k < 40; ++k) // tan(t) from 0 where c = 1
+        m.push_back({Vec<double, 1>(-9 + 0.4 * k), Vec<double, 1>(k % 3 == 0 ? -64.0 : 1.0), 0,
+                     1.0 + 0.1 * (k % 7)});
+    // next to a pole how far off a state is says nothing: x^2 multiplies errors
+    CHECK(unlike_flow(BlowUp{}, m, 1e-8, inf) == 0);
+
+    struct Bounded : Population<1, 1> {
+        const Members<BlowUp>* members;
+        std::vector<Outcome<1>> outcomes;
+        Member<1, 1> member(std::size_t id) override { return (*members)[id]; }
+        void take(std::size_t id, const Outcome<1>& o) override { outcomes[id] = o; }
+    } population;
+    population.members = &m;
+    population.outcomes.resize(m.size());
+    population.escape[0] = 50;
+    const auto free = run(BlowUp{}, m, tolerance<BlowUp>(1e-8));
+    REQUIRE(run_population<DormandPrince8, 8>(BlowUp{}, m.size(), population,
+                                              tolerance<BlowUp>(1e-8), within_time())
+                .status == Status::ok);
+    int escaped = 0;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const auto &o = population.outcomes[i], &f = free.outcomes[i];
+        escaped += o.status == Status::escaped;
+        CAPTURE(i, name(o.status), name(f.status), o.x[0], f.x[0]);
+        if (o.status == Status::escaped)
+            CHECK((std::abs(o.x[0]) > 50 && (f.status != Status::ok || std::abs(f.x[0]) > 50)));
+        else
+            CHECK(same(o, f));
+    }
+    CHECK(escaped > 5);
+    CHECK(escaped < 35);
+}
+
+TEST_CASE("lane_flow: escapes while it slides", "[lane_flow]") {
+    struct Belt : Population<2, 10> {
+        Outcome<2> outcome;
+        Member<2, 10> member(std::size_t) override {
+            return {{0.0, 1.0}, forced(), 0, period_of(forced())};
+        }
+        void take(std::size_t, const Outcome<2>& o) override { outcome = o; }
+    } belt;
+    belt.escape[0] = 0.5;
+    REQUIRE(run_population<DormandPrince8, 8>(Oscillator{}, 1, belt, tolerance<Oscillator>(1e-8),
+                                              within_time())
+                .status == Status::ok);
+    CHECK(belt.outcome.status == Status::escaped);
+    CHECK(belt.outcome.mode == 0);
+    CHECK(belt.outcome.events == 0);
+    CHECK(belt.outcome.x[0] > 0.5);
+    CHECK(belt.outcome.slide_time == Approx(belt.outcome.x[0]));
+}
+
+TEST_CASE("lane_flow: bounds on steps and events are those of flow", "[lane_flow]") {
+    const auto m = grid(6, 4);
+    auto settings = tolerance<Oscillator>(1e-8);
+    const auto free = run(Oscillator{}, m, settings);
+    for (const int most : {1, 3, 5, 8}) {
+        settings.max_events = most;
+        const auto r = run(Oscillator{}, m, settings);
+        for (std::size_t i = 0; i < m.size(); ++i) {
+            const auto &o = r.outcomes[i], &f = free.outcomes[i];
+            CAPTURE(most, i, f.events, o.events);
+            if (f.events <= most) {
+                CHECK(same(o, f));
+                continue;
+            }
+            const auto s = by_flow<DormandPrince8>(Oscillator{}, m[i], settings);
+            CHECK(o.status == Status::max_events);
+            CHECK(s.status == Status::max_events);
+            CHECK(o.events == most);
+            CHECK(o.mode == s.mode);
+            CHECK(std::abs(o.clock.absolute() - s.clock.absolute()) < 1e-6);
+            CHECK((o.x - s.x).cwiseAbs().maxCoeff() < 1e-6);
+        }
+    }
+    settings = tolerance<Oscillator>(1e-8);
+    settings.max_steps = 10;
+    const auto r = run(Oscillator{}, m, settings);
+    for (const auto& o : r.outcomes)
+        CHECK(o.status == Status::max_steps);
+}
+
+TEST_CASE("lane_flow: a start that is not unique stops, or goes where it is told", "[lane_flow]") {
+    using models::Quartet;
+    Members<Quartet> m;
+    for (const double x : {-1.0, 0.0, 1.0})
+        m.push_back({Vec<double, 1>(x), {-1, 0, 0}, 0, 2});
+    auto settings = tolerance<Quartet>(1e-8);
+    auto r = run(Quartet{}, m, settings);
+    CHECK(r.outcomes[0].x[0] == Approx(-3));
+    CHECK(r.outcomes[1].status == Status::ambiguous);
+    CHECK(r.outcomes[1].slide_time == 0.0);
+    CHECK(r.outcomes[2].x[0] == Approx(3));
+    settings.on_nonunique = NonUnique::above;
+    CHECK(run(Quartet{}, m, settings).outcomes[1].x[0] == Approx(2));
+    settings.on_nonunique = NonUnique::below;
+    CHECK(run(Quartet{}, m, settings).outcomes[1].x[0] == Approx(-2));
+    settings.on_nonunique = NonUnique::stay;
+    r = run(Quartet{}, m, settings);
+    CHECK(r.outcomes[1].x[0] == 0.0);
+    CHECK(r.outcomes[1].slide_time == Approx(2));
+    CHECK(r.outcomes[1].slides == 0);
+}
