@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._cells import CellGroup, Grid, GridArgument, Integers, picture_of, unpack_cell_map
-from ._check import integer, number
+from ._check import flag, integer, number
 from ._ensemble import STATUS_NAMES, LaneStats, escape_bounds, run_settings
 from ._lanes import instruction_set, lanes_of
 from ._progress import Progress, ended, shown
@@ -78,7 +78,8 @@ class Basins:
     """Result of `basins`, one entry a cell: arrays have the shape of the grid."""
 
     label: Integers  #: 1, 2, ... the attractor, 0 unresolved, -1 escaped
-    time: Integers  #: forcing periods until it had landed, -1 where it did not
+    #: number of the flash, from 0, at which it had landed, -1 where it did not, or is not known
+    time: Integers
     status: NDArray[np.str_]  #: how each run ended: names of `Status`
     attractors: tuple[Attractor, ...]  #: by period, then by their first point
     saddles: tuple[Saddle, ...]  #: unstable cycles that were found
@@ -86,6 +87,9 @@ class Basins:
     plain_steps: Integers  #: maps until that group
     plain_groups: tuple[CellGroup, ...]
     confusion: tuple[GroupCheck, ...]  #: the plain map beside the labels
+    by_exit: bool  #: cells were labelled by their next exit from stick to slip
+    by_exit_reason: str  #: why, or why not
+    looked_up: int  #: how many
     audited: int  #: cells, drawn at random, that were followed on to the attractor itself
     disagreements: int  #: those of them that did not come to the one of their label
     periods: int  #: forcing periods of all trajectories of the labelling
@@ -174,6 +178,7 @@ def basins(
     rest: Mapping[str, float] | None = None,
     t0: float = 0.0,
     distance: float = 0.0,
+    times: bool = True,
     max_periods: int = 10_000,
     seeds: int = 256,
     settle: int = 200,
@@ -214,6 +219,9 @@ def basins(
     distance : float
         A trajectory has landed when it is nearer than this to the attractor, in units of the
         picture; 0: when it has entered its ellipsoid, which costs least.
+    times : bool
+        False: `time` is not wanted. Then a cell of a planar system is followed to its next exit
+        from stick to slip only, which is looked up in the basins of the transition map.
     max_periods : int
         Forcing periods to wait for that.
     seeds, settle, longest : int
@@ -271,6 +279,7 @@ def basins(
             integer("saddle_starts", saddle_starts, 0),
             integer("max_periods", max_periods),
             distance,
+            flag("times", times),
             integer("audit", audit, 0),
             integer("seed", seed, 0),
             bounds or [],
@@ -294,6 +303,9 @@ def basins(
             GroupCheck(group, attractor, np.array(counts, dtype=np.int64))
             for group, attractor, counts in columns["confusion"]
         ),
+        by_exit=columns["by_exit"],
+        by_exit_reason=columns["by_exit_reason"],
+        looked_up=columns["looked_up"],
         audited=columns["audited"],
         disagreements=columns["disagreements"],
         periods=columns["periods"],

@@ -452,6 +452,7 @@ def basins(
     newtons: int,
     periods: int,
     distance: float,
+    times: bool,
     audit: int,
     seed: int,
     escape: list[float],

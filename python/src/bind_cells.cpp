@@ -65,7 +65,7 @@ py::dict to_dict(const Attractor& a, Eigen::Index dim) {
 
 py::dict basins(const Model& model, const py::capsule& capsule, const Axes& axes, const Doubles& p,
                 const Doubles& rest, double t0, int seeds, int settle, int longest, int newtons,
-                int periods, double distance, int audit, std::uint64_t seed,
+                int periods, double distance, bool times, int audit, std::uint64_t seed,
                 const std::vector<double>& escape, bool eighth_order, double rtol,
                 const Doubles& atol, double max_step, long long max_steps, long long max_events,
                 int on_nonunique, int threads, const py::object& show) {
@@ -83,6 +83,7 @@ py::dict basins(const Model& model, const py::capsule& capsule, const Axes& axes
     settings.newtons = newtons;
     settings.periods = periods;
     settings.distance = distance;
+    settings.times = times;
     settings.audit = audit;
     settings.seed = seed;
     settings.escape = escape;
@@ -119,6 +120,9 @@ py::dict basins(const Model& model, const py::capsule& capsule, const Axes& axes
     d["confusion"] = confusion;
     d["plain"] = to_dict(b.plain);
     d["periods"] = b.periods;
+    d["by_exit"] = b.by_exit;
+    d["by_exit_reason"] = b.by_exit_reason;
+    d["looked_up"] = b.looked_up;
     d["audited"] = b.audited;
     d["disagreements"] = b.disagreements;
     d["counters"] = lane_counters_to_dict(b.counters);

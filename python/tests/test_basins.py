@@ -76,6 +76,15 @@ def test_a_smaller_distance_takes_longer_and_changes_no_label(seed):
     assert exact.time.max() > seed.time.max()
 
 
+def test_labels_by_exit_are_the_same(seed):
+    assert not seed.by_exit
+    quick = fp.basins(OSCILLATOR, picture(60), params=SEED, times=False)
+    assert quick.by_exit, quick.by_exit_reason
+    assert quick.looked_up > 3000
+    assert (quick.label == seed.label).all()
+    assert (quick.time == -1).all()
+
+
 def test_the_number_of_threads_changes_nothing(seed):
     again = fp.basins(OSCILLATOR, picture(60), params=SEED, threads=1)
     assert (again.label == seed.label).all()
