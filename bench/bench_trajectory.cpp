@@ -48,24 +48,12 @@ Row run_hand(double tolerance) {
             -1,     -1,        r.n_events};
 }
 
-/// Time at a given error on the lower envelope of a method's rows, log-log interpolated.
 double time_at_error(const std::vector<Row>& rows, const std::string& method, double error) {
-    double best = std::numeric_limits<double>::infinity();
-    const Row* previous = nullptr;
-    for (const Row& row : rows) {
-        if (row.method != method)
-            continue;
-        if (row.error <= error)
-            best = std::min(best, row.ms);
-        if (previous && (previous->error - error) * (row.error - error) < 0) {
-            const double u =
-                std::log(previous->error / error) / std::log(previous->error / row.error);
-            best = std::min(best,
-                            std::exp(std::log(previous->ms) + u * std::log(row.ms / previous->ms)));
-        }
-        previous = &row;
-    }
-    return best;
+    std::vector<bench::Point> points;
+    for (const Row& row : rows)
+        if (row.method == method)
+            points.push_back({row.error, row.ms});
+    return bench::time_at_error(points, error);
 }
 
 } // namespace

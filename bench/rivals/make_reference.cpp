@@ -22,6 +22,7 @@
 #include <iomanip>
 #include <iostream>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct Problem {
     std::string name;
     double A, omega;
     int n_periods;
+    double y0 = 0, v0 = 0; // not on the surface
 };
 
 struct Method {
@@ -91,7 +93,8 @@ class Oscillator {
 public:
     Oscillator(const Problem& problem, const Constants& c, const Method& method)
         : A_(problem.A), omega_(problem.omega), c_(c), method_(method),
-          period_(2 * acos(Real(-1)) / omega_), t_end_(problem.n_periods * period_) {}
+          period_(2 * acos(Real(-1)) / omega_), t_end_(problem.n_periods * period_), y_(problem.y0),
+          v_(problem.v0), side_(problem.v0 < 1 ? 1 : -1) {}
 
     Orbit run() {
         while (t_ < t_end_) {
@@ -245,8 +248,8 @@ private:
     Constants c_;
     Method method_;
     Real period_, t_end_;
-    Real t_ = 0, y_ = 0, v_ = 0;
-    int side_ = 1;
+    Real t_ = 0, y_, v_;
+    int side_;
     bool stuck_ = false, after_stick_ = false;
     std::vector<Event> events_;
 };
@@ -274,10 +277,10 @@ void print_head() {
     std::cout << R"(// SPDX-License-Identifier: BSD-3-Clause
 //
 // Reference orbits of the dry friction oscillator, written by make_reference.cpp: Taylor series in
-// quadruple precision, every orbit computed twice with different order and step. All start from
-// (y, v) = (0, 0) at t = 0. omega is the double nearest to the decimal shown, T = 2 pi/omega in
-// quadruple precision; the constants of the friction law are the exact decimals. Rounding those
-// to double moves the final states by the amount given with each orbit.
+// quadruple precision, every orbit computed twice with different order and step. All start at
+// t = 0, from (y, v) = (0, 0) where no start is given. A and omega are the doubles nearest to the
+// decimals shown, T = 2 pi/omega in quadruple precision; the constants of the friction law are the
+// exact decimals. Rounding those to double moves the final states by the amount given with each.
 
 #pragma once
 
@@ -294,6 +297,12 @@ struct ReferenceOrbit {
     std::string_view kinds; // s: stick begins, 1: stick ends into S1, 2: into S2, u, d: crossings
     std::array<long double, 10> t_event;
 };
+
+struct ReferenceImage {
+    double y0, v0;
+    int n_events;
+    long double y, v; // at t = T
+};
 )";
 }
 
@@ -309,6 +318,33 @@ void print_orbit(const Problem& p, const Orbit& o, const Real& agreement, const 
     for (std::size_t i = 0; i < 10; ++i)
         std::cout << (i == 0 ? "" : i % 2 == 0 ? ",\n     " : ", ") << digits(o.events[i].t);
     std::cout << "}};\n";
+}
+
+/// Images under one period of the centres of n x n cells of [-4, 4] x [-3, 4]; true if the two
+/// computations agree.
+bool print_images(double A, double omega, int n, const Method& coarse, const Method& fine) {
+    std::string rows;
+    Real agreement = 0, shift = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const Problem p{"", A, omega, 1, -4 + 8 * (i + 0.5) / n, -3 + 7 * (j + 0.5) / n};
+            const Orbit a = solve(p, coarse, false), b = solve(p, fine, false);
+            agreement = std::max({agreement, distance(a, b), event_distance(a, b)});
+            shift = std::max(shift, distance(b, solve(p, coarse, true)));
+            std::ostringstream row;
+            row << "    {" << p.y0 << ", " << p.v0 << ", " << b.events.size() << ", " << digits(b.y)
+                << ", " << digits(b.v) << "},\n";
+            rows += row.str();
+        }
+    std::cout << "\n// A = " << A << ", omega = " << omega << ", the centres of " << n << " x " << n
+              << " cells of [-4, 4] x [-3, 4]\n// two computations differ by "
+              << agreement.str(1, std::ios_base::scientific) << ", constants rounded to double by "
+              << shift.str(1, std::ios_base::scientific)
+              << "\ninline constexpr std::array<ReferenceImage, " << n * n
+              << "> reference_images{{\n"
+              << rows << "}};\n";
+    std::cerr << "images: difference " << agreement << '\n';
+    return agreement < Real(1e-22);
 }
 
 } // namespace
@@ -328,6 +364,7 @@ int main() {
                   << '\n';
         agreed = agreed && agreement < Real(1e-22);
     }
+    agreed = print_images(3.6, 1.067, 4, coarse, fine) && agreed;
     std::cout << "\n} // namespace filippov::rivals\n";
     return agreed ? 0 : 1;
 }

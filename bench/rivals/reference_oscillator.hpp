@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Reference orbits of the dry friction oscillator, written by make_reference.cpp: Taylor series in
-// quadruple precision, every orbit computed twice with different order and step. All start from
-// (y, v) = (0, 0) at t = 0. omega is the double nearest to the decimal shown, T = 2 pi/omega in
-// quadruple precision; the constants of the friction law are the exact decimals. Rounding those
-// to double moves the final states by the amount given with each orbit.
+// quadruple precision, every orbit computed twice with different order and step. All start at
+// t = 0, from (y, v) = (0, 0) where no start is given. A and omega are the doubles nearest to the
+// decimals shown, T = 2 pi/omega in quadruple precision; the constants of the friction law are the
+// exact decimals. Rounding those to double moves the final states by the amount given with each.
 
 #pragma once
 
@@ -20,6 +20,12 @@ struct ReferenceOrbit {
     long double y, v;       // at t = n_periods T
     std::string_view kinds; // s: stick begins, 1: stick ends into S1, 2: into S2, u, d: crossings
     std::array<long double, 10> t_event;
+};
+
+struct ReferenceImage {
+    double y0, v0;
+    int n_events;
+    long double y, v; // at t = T
 };
 
 // two computations differ by 3.3e-30, constants rounded to double by 2.6e-16
@@ -66,5 +72,26 @@ inline constexpr ReferenceOrbit reference_5_160{
      5.073844359892571145595703060e+00L, 5.102474308239701705544714529e+00L,
      7.508036054049620115028549985e+00L, 9.092282486643921163165906235e+00L,
      1.143401425342889168849924468e+01L, 1.301136505704513917176368987e+01L}};
+
+// A = 3.6, omega = 1.067, the centres of 4 x 4 cells of [-4, 4] x [-3, 4]
+// two computations differ by 1.6e-31, constants rounded to double by 2.0e-16
+inline constexpr std::array<ReferenceImage, 16> reference_images{{
+    {-3, -2.125, 4, 8.313090554003339018575927938e-01L, 1.000000000000000000000000000e+00L},
+    {-3, -0.375, 4, 3.723266865586456119586653056e-02L, 1.000000000000000000000000000e+00L},
+    {-3, 1.375, 4, -5.643577017743083515399312300e-01L, 1.674685695653378385912813808e+00L},
+    {-3, 3.125, 2, -6.885494127859741151982747201e-01L, 2.855583124660405103882720932e+00L},
+    {-1, -2.125, 4, 1.137882587115138421094879861e+00L, 1.000000000000000000000000000e+00L},
+    {-1, -0.375, 4, 4.270496812565551987738317356e-01L, 1.000000000000000000000000000e+00L},
+    {-1, 1.375, 4, -5.059116029822698502688287438e-01L, 1.445078133755933252171878167e+00L},
+    {-1, 3.125, 3, -6.933208514457072881714276036e-01L, 3.028433490799840456358744144e+00L},
+    {1, -2.125, 4, -4.522963376937587960978914017e-01L, 1.280861066876165907711565228e+00L},
+    {1, -0.375, 4, -6.400313298059150983608952375e-01L, 2.111499842549833278079428554e+00L},
+    {1, 1.375, 4, -6.662156185257523147856750757e-01L, 2.360587695353270541153921981e+00L},
+    {1, 3.125, 3, -7.055660242213059420179914805e-01L, 3.349226061375340441842160437e+00L},
+    {3, -2.125, 4, -6.805065626305256187518648977e-01L, 2.597447709240031051124448147e+00L},
+    {3, -0.375, 3, -7.057910572191135162855697676e-01L, 3.357162688252218748129533042e+00L},
+    {3, 1.375, 3, -7.085117423852232789566512068e-01L, 3.502554793367154978161112297e+00L},
+    {3, 3.125, 3, -7.002854808680984882263360574e-01L, 3.811868842561938917069614709e+00L},
+}};
 
 } // namespace filippov::rivals
