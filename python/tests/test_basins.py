@@ -80,7 +80,7 @@ def test_labels_by_exit_are_the_same(seed):
     assert not seed.by_exit
     quick = fp.basins(OSCILLATOR, picture(60), params=SEED, times=False)
     assert quick.by_exit, quick.by_exit_reason
-    assert quick.looked_up > 3000
+    assert quick.looked_up > 1000  # the others were inside an ellipsoid before they left a slide
     assert (quick.label == seed.label).all()
     assert (quick.time == -1).all()
 
