@@ -811,8 +811,9 @@ private:
             zero_along(here.curve, here.z, here.t, ds, value, fold ? here.slope() : test(before),
                        fold ? t[t.size() - 1] : test(after));
         branch.corrections += at.convergence.iterations;
-        // the last point before it if it was not located
-        const Vector& z = at.ok() ? at.z : here.z;
+        // where the search came if it did not come to rest, as it does beside a flip of an orbit of
+        // half the period: the curve's equations are singular there
+        const Vector& z = at.z.size() > 0 ? at.z : here.z;
         Passed passed{here.along(z), {}};
         SpecialPoint& special = passed.special;
         special.kind = kind;
@@ -861,16 +862,21 @@ private:
         const std::string before = special.word_before;
         special.kind = Kind::flip;
         special.cycle = one;
+        special.convergence.status = Status::ok;
         name_smooth(special);
         special.word_before = before;
         return true;
     }
     /// Of the multiplier nearest to 1, but for the one that an autonomous system has anyway.
-    static double distance_to_one(const std::vector<std::complex<double>>& m) {
+    double distance_to_one(const std::vector<std::complex<double>>& m) const {
         double best = std::numeric_limits<double>::infinity();
-        for (const auto& v : m)
-            if (std::abs(v - 1.0) > 0 || m.size() == 1)
+        bool trivial = !system_.forced();
+        for (const auto& v : m) {
+            if (trivial && v == 1.0)
+                trivial = false;
+            else
                 best = std::min(best, std::abs(v - 1.0));
+        }
         return best;
     }
 
