@@ -62,7 +62,18 @@ FLOORS: list[list[str]] = [
         "bifurcation_set",
     ],
     # 6: cells and basins
-    ["cells", "refine", "basin_numbers", "basins", "quotient"],
+    [
+        "strobe_cycle",
+        "cells",
+        "refine",
+        "basin_numbers",
+        "quotient",
+        "picture",
+        "attractors",
+        "labels",
+        "exit_lookup",
+        "basins",
+    ],
     # 7: top
     ["models/*", "filippov"],
 ]

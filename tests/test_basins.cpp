@@ -388,3 +388,61 @@ TEST_CASE("basins: refuses what makes no sense", "[basins]") {
     CHECK_THROWS_WITH(BasinFinder(*system, *lanes, grid, system->defaults(), s).run(),
                       ContainsSubstring("quotient = always"));
 }
+
+TEST_CASE("basins: parts of a picture are those of the whole, to the last bit", "[basins]") {
+    const CellGrid grid = square(40);
+    BasinSettings s = quick();
+    s.times = GENERATE(true, false);
+    const Basins whole = picture(3.6, 1.067, grid, s);
+    BasinFinder finder(*block(), *block_lanes(), grid, params_at(*block(), 3.6, 1.067), s);
+    const std::vector<CellRange> parts{{0, 700}, {700, 1}, {701, 899}};
+    std::vector<MappedCells> images;
+    std::vector<std::int32_t> cell;
+    for (const CellRange& part : parts) {
+        images.push_back(finder.images(part));
+        cell.insert(cell.end(), images.back().cell.begin(), images.back().cell.end());
+    }
+    Basins joined{.grid = grid};
+    joined.plain = cell_map(grid, cell);
+    LimitSets sets = finder.find(joined.plain);
+    joined.attractors = sets.attractors;
+    joined.saddles = sets.saddles;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const CellLabels labels = finder.labels(joined.attractors, parts[k], images[k]);
+        CHECK(labels.state == Status::ok);
+        joined.label.insert(joined.label.end(), labels.label.begin(), labels.label.end());
+        joined.time.insert(joined.time.end(), labels.time.begin(), labels.time.end());
+        joined.status.insert(joined.status.end(), labels.status.begin(), labels.status.end());
+        joined.periods += labels.periods;
+        joined.looked_up += labels.looked_up;
+    }
+    finder.complete(joined);
+    check_same(joined, whole);
+    check_confusion(joined);
+    CHECK(joined.audited == whole.audited);
+    CHECK(joined.disagreements == 0);
+    CHECK(joined.by_exit == whole.by_exit);
+    CHECK(joined.exit_label == whole.exit_label);
+    CHECK_THROWS_WITH(finder.images({1, 1600}), ContainsSubstring("cells.first"));
+    CHECK_THROWS_WITH(finder.labels(sets.attractors, {0, 3}, images[1]),
+                      ContainsSubstring("images"));
+}
+
+TEST_CASE("basins: any point is labelled as the cell is of which it is the centre", "[basins]") {
+    const Basins& b = hundred();
+    const BasinLabeller labeller(*block(), *block_lanes(), b.grid, b.attractors,
+                                 params_at(*block(), 3.6, 1.067), quick());
+    std::vector<std::array<double, 2>> points;
+    for (std::int32_t c = 0; c < b.grid.cells(); c += 7)
+        points.push_back(b.grid.centre(c));
+    points.push_back({b.attractors[0].cycle.points[0][0], b.attractors[0].cycle.points[0][1]});
+    points.push_back({std::numeric_limits<double>::quiet_NaN(), 0});
+    std::vector<CellLabel> labels(points.size());
+    CHECK(labeller(points, labels));
+    for (std::size_t k = 0; k + 2 < points.size(); ++k) {
+        CHECK(labels[k].label == b.label[7 * k]);
+        CHECK(labels[k].time == b.time[7 * k]);
+    }
+    CHECK((labels.end()[-2].label == 1 && labels.end()[-2].time == 0));
+    CHECK((labels.back().label == 0 && labels.back().time == -1));
+}

@@ -20,6 +20,12 @@
 
 namespace filippov {
 
+/// What becomes of a point.
+struct CellLabel {
+    std::int32_t label = 0; ///< -1 escaped, 0 unresolved, 1, 2, ... attractors
+    std::int32_t time = 0;  ///< a count, such as forcing periods until the attractor
+};
+
 /// One coordinate cut into cells of equal width. Cell i holds edge(i) <= x < edge(i + 1): that is
 /// i = floor((x - low) / width), where the edges as they are rounded decide.
 struct CellAxis {

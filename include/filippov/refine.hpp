@@ -2,6 +2,7 @@
 // Pictures of basins by cells that are split only along the boundaries, with an audit of the rest.
 #pragma once
 
+#include <filippov/cells.hpp>
 #include <filippov/settings.hpp>
 #include <filippov/status.hpp>
 
@@ -21,12 +22,6 @@
 #include <vector>
 
 namespace filippov {
-
-/// What becomes of a point.
-struct CellLabel {
-    std::int32_t label = 0; ///< -1 escaped, 0 unresolved, 1, 2, ... attractors
-    std::int32_t time = 0;  ///< a count, such as forcing periods until the attractor
-};
 
 /// A part of the plane.
 struct Rectangle {

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A picture of the states of a forced system when the strobe flashes, and runs from its points.
+#pragma once
+
+#include <filippov/any_lanes.hpp>
+#include <filippov/any_system.hpp>
+#include <filippov/cells.hpp>
+#include <filippov/maps.hpp>
+#include <filippov/quotient.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filippov {
+
+/// Whether cells are labelled by an exit from stick to slip, looked up (quotient.hpp).
+enum class UseQuotient : unsigned char {
+    automatic, ///< where it applies, and no times are wanted
+    never,
+    always, ///< else the run is refused, with the reason
+};
+
+/// What a picture of basins is told.
+struct BasinSettings {
+    EnsembleSettings run{};
+    double t0 = 0;       ///< when the strobe flashes, and trajectories start
+    Vector rest{};       ///< of the state, for coordinates that are not on the grid; empty: zeros
+    int seeds = 256;     ///< cells, drawn at random, that are followed to find attractors, > 0
+    int settle = 200;    ///< forcing periods before a cycle is looked for, > 0
+    int longest = 64;    ///< forcing periods of the longest cycle looked for, > 0
+    int newtons = 144;   ///< points from which Newton looks for saddles, >= 0
+    int periods = 10000; ///< forcing periods to wait for an attractor, > 0
+    /// A trajectory has landed when it is nearer than this to the attractor, in units of the
+    /// picture, < 1; 0: when it has entered its ellipsoid, which it does not leave.
+    double distance = 0;
+    bool times = true; ///< `Basins::time` is wanted, which the quotient does not know
+    UseQuotient quotient = UseQuotient::automatic;
+    TransitionSettings transition{}; ///< of the quotient's map
+    QuotientSettings exits{};        ///< of the quotient
+    int audit = 500; ///< cells, drawn at random, that are followed on to the attractor, >= 0
+    std::vector<double> escape{}; ///< |x_i| > 0 beyond which a trajectory has escaped; empty: none
+    std::uint64_t seed = 1;
+    Parallel parallel{}; ///< progress counts each cell twice: its first period, and its label
+};
+
+namespace detail {
+
+/// The unit of length of each coordinate: the width of the picture, and 1 for the rest.
+inline Vector picture_units(const CellGrid& grid, int dim) {
+    Vector unit = Vector::Ones(dim);
+    for (int k = 0; k < 2; ++k)
+        if (const CellAxis& axis = grid.axis(k); axis.coordinate < dim)
+            unit[axis.coordinate] = axis.high - axis.low;
+    return unit;
+}
+
+/// What all parts of a picture ask.
+class Picture {
+public:
+    /// @error std::invalid_argument for a system that is not forced, or settings, parameters or a
+    ///        grid that make no sense
+    Picture(const AnySystem& of, const AnyLanes& in, const CellGrid& over, Vector params,
+            BasinSettings given)
+        : system(of), lanes(in), grid(over), p(std::move(params)), settings(std::move(given)),
+          unit(picture_units(grid, system.dim())) {
+        validate();
+        T = require_period(system, p).value;
+    }
+
+    /// The state of a point of the picture.
+    Vector state(const std::array<double, 2>& point) const {
+        Vector x = settings.rest;
+        put(point, {x.data(), std::size_t(x.size())});
+        return x;
+    }
+    /// The two coordinates of a state that the picture has.
+    void put(const std::array<double, 2>& point, std::span<double> x) const {
+        for (int k = 0; k < 2; ++k)
+            x[std::size_t(grid.axis(k).coordinate)] = point[std::size_t(k)];
+    }
+    std::int32_t cell_of(std::span<const double> x) const {
+        return grid.cell_of(x[std::size_t(grid.axis(0).coordinate)],
+                            x[std::size_t(grid.axis(1).coordinate)]);
+    }
+    /// In units of the picture.
+    double apart(const Vector& a, const Vector& b) const {
+        return (a - b).cwiseQuotient(unit).norm();
+    }
+    bool cancelled() const {
+        const auto& ask = settings.parallel.cancelled;
+        return system.interrupted() || (ask && ask());
+    }
+    /// @param state  nothing is run unless it is `ok`; `interrupted` afterwards if the run was
+    LaneCounters run(std::size_t n, AnyPopulation& population, const EnsembleSettings& how,
+                     const Parallel& parallel, Status& state) const {
+        if (n == 0 || stopped(state))
+            return {};
+        const PopulationRun run = lanes.run(n, population, how, parallel);
+        state = run.status;
+        return run.counters;
+    }
+    /// The same without progress.
+    void run(std::size_t n, AnyPopulation& population, const EnsembleSettings& how,
+             Status& state) const {
+        Parallel parallel = settings.parallel;
+        parallel.progress = nullptr;
+        run(n, population, how, parallel, state);
+    }
+    /// Asked between runs of the scalar engine, on the calling thread.
+    bool stopped(Status& state) const {
+        if (state == Status::ok && cancelled())
+            state = Status::interrupted;
+        return state != Status::ok;
+    }
+
+    const AnySystem& system;
+    const AnyLanes& lanes;
+    const CellGrid grid;
+    const Vector p;
+    BasinSettings settings;
+    const Vector unit; ///< of length, of each coordinate
+    double T = 0;      ///< the period of the forcing
+
+private:
+    void validate() {
+        const int dim = system.dim();
+        if (settings.rest.size() == 0)
+            settings.rest = Vector::Zero(dim);
+        require_point(system, settings.t0, settings.rest, p);
+        if (lanes.dim() != dim || lanes.params() != int(p.size()))
+            refuse("lanes.dim()", lanes.dim(), "expected lanes of the same system");
+        for (int k = 0; k < 2; ++k)
+            if (grid.axis(k).coordinate >= dim)
+                refuse("grid.axis(" + std::to_string(k) + ").coordinate", grid.axis(k).coordinate,
+                       "expected an index below dim");
+        const auto at_least = [](const char* name, int value, int least) {
+            if (!(value >= least))
+                refuse(name, value, "expected an integer >= " + std::to_string(least));
+        };
+        at_least("seeds", settings.seeds, 1);
+        at_least("settle", settings.settle, 1);
+        at_least("longest", settings.longest, 1);
+        at_least("periods", settings.periods, 1);
+        at_least("audit", settings.audit, 0);
+        at_least("newtons", settings.newtons, 0);
+        if (!(settings.distance >= 0 && settings.distance < 1))
+            refuse("distance", settings.distance, "expected 0 <= distance < 1");
+        const auto& escape = settings.escape;
+        if (!(escape.empty() || escape.size() == std::size_t(dim)))
+            refuse("escape.size()", double(escape.size()), "expected dim entries, or none");
+        for (const double bound : escape)
+            if (!(bound > 0))
+                refuse("escape", bound, "expected numbers > 0");
+        if (settings.quotient == UseQuotient::always && settings.times)
+            throw std::invalid_argument("filippov: times = true: expected false where the quotient "
+                                        "is always used, which does not know times");
+    }
+};
+
+/// Members that all start when the strobe flashes, with the same parameters.
+class Flashes : public AnyPopulation {
+public:
+    explicit Flashes(const Picture& picture) : picture_(picture) {
+        same_params = true;
+        escape = picture.settings.escape;
+    }
+    double leg(std::size_t) override { return picture_.T; }
+
+protected:
+    /// From the flash `first` on.
+    void start(MemberView& m, std::span<const double> x, int periods, int first = 0) const {
+        std::copy(x.begin(), x.end(), m.x.begin());
+        std::copy(picture_.p.begin(), picture_.p.end(), m.p.begin());
+        m.t0 = picture_.settings.t0 + first * picture_.T;
+        m.t_end = picture_.settings.t0 + (first + periods) * picture_.T;
+    }
+    static std::span<const double> view(const Vector& x) {
+        return {x.data(), std::size_t(x.size())};
+    }
+    const Picture& picture_;
+};
+
+/// Follows points for a number of periods and keeps the states at the last flashes.
+class Followed final : public Flashes {
+public:
+    std::vector<std::vector<Vector>> states; ///< of each point
+    std::vector<Status> status;
+
+    Followed(const Picture& picture, const std::vector<Vector>& points, int before, int kept)
+        : Flashes(picture), states(points.size()), status(points.size(), Status::interrupted),
+          points_(points), before_(before), kept_(std::size_t(kept)) {}
+
+    void member(std::size_t id, MemberView& m) override { start(m, view(points_[id]), before_); }
+    bool goes_on(std::size_t id, const OutcomeView& o) override {
+        states[id].push_back(Eigen::Map<const Vector>(o.x.data(), Eigen::Index(o.x.size())));
+        return states[id].size() < kept_;
+    }
+    void take(std::size_t id, const OutcomeView& o) override { status[id] = o.status; }
+
+private:
+    const std::vector<Vector>& points_;
+    const int before_;
+    const std::size_t kept_;
+};
+
+} // namespace detail
+
+} // namespace filippov

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cycles of the strobe map of a forced system, by Newton's method with exact derivatives.
+#pragma once
+
+#include <filippov/maps.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <complex>
+#include <optional>
+#include <vector>
+
+namespace filippov {
+
+/// A cycle of the strobe map P: an orbit of `period()` forcing periods.
+struct StrobeCycle {
+    std::vector<Vector> points;                    ///< x, P(x), ..., shape (period, dim)
+    std::vector<std::complex<double>> multipliers; ///< of P^period, largest first
+    std::vector<Matrix> slopes;                    ///< of P at each point
+    double residual = 0;                           ///< |P^period(x) - x|, in units of the picture
+
+    int period() const { return int(points.size()); }
+    bool stable() const { return !multipliers.empty() && std::abs(multipliers.front()) < 1; }
+};
+
+namespace detail {
+
+/// Newton on P^period(x) = x, in units of the picture.
+class CycleNewton {
+public:
+    CycleNewton(const AnySystem& system, const Vector& p, double t0, const Vector& unit)
+        : system_(system), p_(p), t0_(t0), unit_(unit) {}
+
+    /// The cycle near x, of the least period; none if Newton does not converge.
+    std::optional<StrobeCycle> operator()(Vector x, int period) const {
+        for (int k = 0; k < 25; ++k) {
+            const Mapped m = strobe(system_, t0_, x, p_, period);
+            if (!m.ok() || m.singular)
+                return std::nullopt;
+            const Eigen::Index n = x.size();
+            const Matrix J = m.slope.topLeftCorner(n, n) - Matrix::Identity(n, n);
+            const Vector step = J.partialPivLu().solve(m.x - x);
+            const double size = scaled(step);
+            if (!(size < 1))
+                return std::nullopt;
+            x -= step;
+            if (size < 1e-13)
+                return describe(x, period);
+            if (size < 1e-11 && k > 6)
+                return describe(x, period); // at the floor of rounding
+        }
+        return std::nullopt;
+    }
+    double scaled(const Vector& v) const { return v.cwiseQuotient(unit_).norm(); }
+
+private:
+    std::optional<StrobeCycle> describe(const Vector& x, int period) const {
+        const Eigen::Index n = x.size();
+        StrobeCycle c;
+        Vector y = x;
+        Matrix round = Matrix::Identity(n, n);
+        for (int k = 0; k < period; ++k) {
+            if (k > 0 && scaled(y - x) < 1e-9)
+                break; // a shorter cycle, gone round more than once
+            const Mapped m = strobe(system_, t0_, y, p_, 1);
+            if (!m.ok() || m.singular)
+                return std::nullopt;
+            c.points.push_back(y);
+            c.slopes.push_back(m.slope.topLeftCorner(n, n));
+            round = c.slopes.back() * round;
+            y = m.x;
+        }
+        c.residual = scaled(y - x);
+        if (!round.allFinite())
+            return std::nullopt;
+        const Eigen::VectorXcd mu = round.eigenvalues();
+        c.multipliers.assign(mu.begin(), mu.end());
+        std::sort(c.multipliers.begin(), c.multipliers.end(),
+                  [](const auto& a, const auto& b) { return std::abs(a) > std::abs(b); });
+        begin_with_smallest(c);
+        return c;
+    }
+    static void begin_with_smallest(StrobeCycle& c) {
+        const auto less = [](const Vector& a, const Vector& b) {
+            return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+        };
+        const auto first = std::min_element(c.points.begin(), c.points.end(), less);
+        const auto by = first - c.points.begin();
+        std::rotate(c.points.begin(), c.points.begin() + by, c.points.end());
+        std::rotate(c.slopes.begin(), c.slopes.begin() + by, c.slopes.end());
+    }
+
+    const AnySystem& system_;
+    const Vector p_;
+    const double t0_;
+    const Vector unit_;
+};
+
+} // namespace detail
+
+} // namespace filippov
