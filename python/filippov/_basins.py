@@ -4,20 +4,33 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._cells import CellGroup, Grid, GridArgument, Integers, picture_of, unpack_cell_map
+from ._cells import CellGroup, Grid, GridArgument, Integers, Picture, picture_of, unpack_cell_map
 from ._check import flag, integer, number
-from ._ensemble import STATUS_NAMES, LaneStats, escape_bounds, run_settings
-from ._lanes import instruction_set, lanes_of
+from ._ensemble import (
+    COUNTS,
+    INTERRUPTED,
+    STATUS_NAMES,
+    LaneStats,
+    RunSettings,
+    counts,
+    escape_bounds,
+    run_identity,
+    run_settings,
+)
+from ._lanes import instruction_set, lanes_of, require_level
 from ._progress import Progress, ended, shown
+from ._store import StoredFields
 from ._system import Params, System
+from ._tiles import Arrays, Show, Stage, open_store, run_stage
 from ._trajectory import Settings
 from ._types import Floats
 
@@ -56,6 +69,8 @@ class Attractor:
     #: of the ellipsoids around its points that the map was seen to draw together, in the norm of
     #: the linear map and units of the picture
     radius: float
+    #: matrices S of these norms, v' S v with v in units of the picture, shape (period, dim, dim)
+    norms: Floats
 
     @property
     def period(self) -> int | None:
@@ -74,7 +89,7 @@ class GroupCheck:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Basins:
+class Basins(StoredFields):
     """Result of `basins`, one entry a cell: arrays have the shape of the grid."""
 
     label: Integers  #: 1, 2, ... the attractor, 0 unresolved, -1 escaped
@@ -103,6 +118,8 @@ class Basins:
     settings: Settings
     instruction_set: str
     stats: LaneStats
+
+    _parts = (Attractor, CellGroup, Grid, GroupCheck, LaneStats, Saddle, Settings)
 
     @property
     def unresolved(self) -> NDArray[np.int64]:
@@ -195,6 +212,8 @@ def basins(
     on_nonunique: str = "stop",
     escape: ArrayLike | None = None,
     threads: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    tile: int | None = None,
     progress: Progress = False,
 ) -> Basins:
     """Label every cell of a grid with the attractor that its centre goes to.
@@ -233,10 +252,13 @@ def basins(
         Random cells that are followed on to the attractor itself, as a check.
     seed : int
         Of the random cells.
-    method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads
+    method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads, store
         As in `ensemble`, for every cell.
+    tile : int, optional
+        Cells of a tile, about: as many whole rows.
     progress : bool or function
-        True shows a bar; a function is called as `progress(done, total)`, in cells.
+        True shows a bar; a function is called as `progress(done, total)`, in cells, each of which
+        counts twice: when it is mapped by a period, and when it is labelled.
 
     Returns
     -------
@@ -260,55 +282,73 @@ def basins(
     """
     picture = picture_of(sys, grid, rest, t0, params)
     run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
-    bounds = escape_bounds(sys, escape)
     distance = number("distance", distance, "expected 0 <= distance < 1", least=0.0, below=1.0)
-    if threads is not None:
-        threads = integer("threads", threads)
+    threads, tile = counts(threads=threads, tile=tile)
+    search = {
+        "seeds": integer("seeds", seeds),
+        "settle": integer("settle", settle),
+        "longest": integer("longest", longest),
+        "saddle_starts": integer("saddle_starts", saddle_starts, 0),
+        "max_periods": integer("max_periods", max_periods),
+        "distance": distance,
+        "times": flag("times", times),
+        "audit": integer("audit", audit, 0),
+        "seed": integer("seed", seed, 0),
+    }
+    bounds = escape_bounds(sys, escape)
+    work = BasinWork(sys, picture, run, search, bounds, threads or 0, instruction_set())
+    identity = picture.identity() | run_identity(sys, run, bounds) | {"search": search}
     cells = picture.grid
-    with shown(progress, "cell") as show:
-        columns = _core.basins(
-            sys._model,
-            lanes_of(sys),
-            cells.axes,
-            np.array(list(picture.params.values()), dtype=np.float64),
-            picture.rest,
-            picture.t0,
-            integer("seeds", seeds),
-            integer("settle", settle),
-            integer("longest", longest),
-            integer("saddle_starts", saddle_starts, 0),
-            integer("max_periods", max_periods),
-            distance,
-            flag("times", times),
-            integer("audit", audit, 0),
-            integer("seed", seed, 0),
-            bounds or [],
-            *run.arguments,
-            *run.limits,
-            threads or 0,
-            show,
-        )
+    kept, tiling = open_store(store, "basins", identity, cells.shape[0], cells.shape[1], tile)
     shape = cells.shape
-    plain = unpack_cell_map(columns["plain"], shape)
+    outputs: Arrays = {
+        "image": np.full(shape, -2, dtype=np.int32),
+        "image_state": np.full((*shape, sys.dim), np.nan),
+        "image_status": np.full(shape, INTERRUPTED, dtype=np.int8),
+    }
+    dims = dict.fromkeys(outputs, cells.names) | {"image_state": (*cells.names, "state")}
+    images = Stage("images", work.images, outputs, COUNTS, dims=dims)
+    with shown(progress, "cell") as show:
+        halves = [_half(show, k) for k in (0, 1)]
+        mapped, image_sums, raised = run_stage(images, tiling, kept, halves[0], shape[1])
+        found = work.find(mapped["image"], raised)
+        labels = Stage(
+            "labels",
+            work.labels(found["attractors"]),
+            {
+                "label": np.zeros(shape, dtype=np.int32),
+                "time": np.full(shape, -1, dtype=np.int32),
+                "status": np.full(shape, INTERRUPTED, dtype=np.int8),
+            },
+            (*COUNTS, "periods", "looked_up"),
+            {"state": mapped["image_state"], "status": mapped["image_status"]},
+            dict.fromkeys(("label", "time", "status"), cells.names),
+        )
+        raised = found["raised"]
+        labelled, sums = labels.outputs, dict.fromkeys(labels.numbers, 0)
+        if raised is None:
+            labelled, sums, raised = run_stage(labels, tiling, kept, halves[1], shape[1])
+        checked = work.complete(found["attractors"], mapped["image"], labelled["label"], raised)
+    plain = unpack_cell_map(found["plain"], shape)
     result = Basins(
-        label=columns["label"].reshape(shape),
-        time=columns["time"].reshape(shape),
-        status=STATUS_NAMES[columns["status"]].reshape(shape),
-        attractors=tuple(_attractor(a) for a in columns["attractors"]),
-        saddles=tuple(_saddle(s) for s in columns["saddles"]),
+        label=labelled["label"],
+        time=labelled["time"],
+        status=STATUS_NAMES[labelled["status"]],
+        attractors=tuple(_attractor(a) for a in found["attractors"]),
+        saddles=tuple(_saddle(s) for s in found["saddles"]),
         plain_group=plain["group"],
         plain_steps=plain["steps"],
         plain_groups=plain["groups"],
         confusion=tuple(
             GroupCheck(group, attractor, np.array(counts, dtype=np.int64))
-            for group, attractor, counts in columns["confusion"]
+            for group, attractor, counts in checked["confusion"]
         ),
-        by_exit=columns["by_exit"],
-        by_exit_reason=columns["by_exit_reason"],
-        looked_up=columns["looked_up"],
-        audited=columns["audited"],
-        disagreements=columns["disagreements"],
-        periods=columns["periods"],
+        by_exit=checked["by_exit"],
+        by_exit_reason=checked["by_exit_reason"],
+        looked_up=sums["looked_up"],
+        audited=checked["audited"],
+        disagreements=checked["disagreements"],
+        periods=sums["periods"],
         grid=cells,
         system=sys.name,
         params=picture.params,
@@ -318,16 +358,120 @@ def basins(
         distance=distance,
         settings=run.settings,
         instruction_set=instruction_set(),
-        stats=LaneStats(**columns["counters"]),
+        stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
     )
-    ended(columns["raised"], basins=result)
+    ended(checked["raised"], basins=result)
     return result
+
+
+def _half(show: Show, half: int) -> Show:
+    """Of a run that shows every cell twice."""
+    if show is None:
+        return None
+    return lambda done, total: show(half * total + done, 2 * total)
+
+
+@dataclass(frozen=True)
+class BasinWork:
+    """The parts of a picture, here or elsewhere: sent, it makes a finder of its own."""
+
+    sys: System
+    picture: Picture
+    run: RunSettings
+    search: Mapping[str, Any]  #: in the order that the compiled core takes
+    bounds: list[float] | None
+    threads: int
+    level: str  #: instruction set
+    _finder: list[Any] = field(default_factory=list)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields = (self.sys, self.picture, self.run, self.search, self.bounds)
+        return BasinWork, (*fields, self.threads, self.level)
+
+    @property
+    def finder(self) -> Any:  # noqa: ANN401 - compiled
+        """A `_core.BasinFinder`, made when it is first asked for."""
+        if not self._finder:
+            require_level(self.level)
+            picture = self.picture
+            self._finder.append(
+                _core.BasinFinder(
+                    self.sys._model,
+                    lanes_of(self.sys),
+                    picture.grid.axes,
+                    picture.table,
+                    picture.rest,
+                    picture.t0,
+                    *self.search.values(),
+                    self.bounds or [],
+                    *self.run.arguments,
+                    *self.run.limits,
+                    self.threads,
+                )
+            )
+        return self._finder[0]
+
+    def _cells(self, first: int, count: int) -> tuple[int, int]:
+        """Rows of the picture as cells."""
+        n = self.picture.grid.shape[1]
+        return first * n, count * n
+
+    def images(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Images of the cells in some rows."""
+        del inputs
+        columns = self.finder.images(*self._cells(first, count), show)
+        names = {"image_state": "state", "image_status": "status"}
+        renamed = {name: columns[theirs] for name, theirs in names.items()}
+        return {**columns, **renamed, **columns["counters"]}
+
+    def find(self, image: Integers, raised: BaseException | None) -> dict[str, Any]:
+        """Attractors, saddles, and the plain map; nothing but that after an interruption."""
+        if raised is None:
+            return self.finder.find(image.ravel())  # type: ignore[no-any-return]
+        plain = _core.cell_map(self.picture.grid.axes, image.ravel())
+        return {"plain": plain, "attractors": [], "saddles": [], "raised": raised}
+
+    def labels(self, attractors: list[Any]) -> LabelWork:
+        """Work that labels cells."""
+        return LabelWork(self, attractors)
+
+    def complete(
+        self,
+        attractors: list[Any],
+        image: Integers,
+        label: Integers,
+        raised: BaseException | None,
+    ) -> dict[str, Any]:
+        """Audit, and the confusion table; without an audit after an interruption."""
+        checked: dict[str, Any] = self.finder.complete(
+            attractors, image.ravel(), label.ravel(), raised is not None
+        )
+        return checked | {"raised": raised or checked["raised"]}
+
+
+@dataclass(frozen=True)
+class LabelWork:
+    """Labels cells from their images."""
+
+    basins: BasinWork
+    attractors: list[Any]
+
+    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Labels of the cells in some rows."""
+        columns = self.basins.finder.labels(
+            self.attractors,
+            *self.basins._cells(first, count),
+            inputs["state"].reshape(-1, self.basins.sys.dim),
+            inputs["status"].ravel(),
+            show,
+        )
+        return {**columns, **columns["counters"]}
 
 
 def _saddle(found: Mapping[str, Any]) -> Saddle:
     return Saddle(
         points=np.ascontiguousarray(found["points"].T),
-        multipliers=np.array(found["multipliers"], dtype=np.complex128),
+        multipliers=found["multipliers"],
         residual=found["residual"],
     )
 
@@ -336,7 +480,8 @@ def _attractor(found: Mapping[str, Any]) -> Attractor:
     return Attractor(
         periodic=found["periodic"],
         points=np.ascontiguousarray(found["points"].T),
-        multipliers=np.array(found["multipliers"], dtype=np.complex128),
+        multipliers=found["multipliers"],
         residual=found["residual"],
         radius=found["radius"],
+        norms=found["norms"],
     )

@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +16,23 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._bounds import interval
 from ._check import integer, number, refuse
-from ._ensemble import STATUS_NAMES, LaneStats, escape_bounds, run_settings
-from ._lanes import instruction_set, lanes_of
+from ._ensemble import (
+    COUNTS,
+    INTERRUPTED,
+    STATUS_NAMES,
+    EnsembleWork,
+    LaneStats,
+    counts,
+    escape_bounds,
+    run_identity,
+    run_settings,
+)
+from ._lanes import instruction_set
 from ._progress import Progress, ended, shown
 from ._status import Status
+from ._store import StoredFields
 from ._system import Params, System
+from ._tiles import Arrays, Show, Stage, open_store, run_stage
 from ._trajectory import Settings
 from ._types import Floats
 
@@ -70,6 +83,29 @@ class Picture:
     params: Params
     period: float
 
+    @property
+    def table(self) -> Floats:
+        """Values of the parameters."""
+        return np.array(list(self.params.values()), dtype=np.float64)
+
+    def starts(self, first: int, count: int) -> Floats:
+        """Centres of the cells in some rows, shape (cells, dim)."""
+        rows, columns = (self.grid.centres(axis) for axis in (0, 1))
+        n = len(columns)
+        starts = np.tile(self.rest, (count * n, 1))
+        starts[:, self.grid.coordinates[0]] = np.repeat(rows[first : first + count], n)
+        starts[:, self.grid.coordinates[1]] = np.tile(columns, count)
+        return starts
+
+    def identity(self) -> dict[str, Any]:
+        """Give what a store is told of it."""
+        return {
+            "grid": asdict(self.grid),
+            "params": dict(self.params),
+            "rest": self.rest.tolist(),
+            "t0": self.t0,
+        }
+
 
 def picture_of(
     sys: System,
@@ -112,12 +148,12 @@ def picture_of(
         high=(ends[0][1], ends[1][1]),
         shape=(shape[0], shape[1]),
     )
-    table = np.array(list(values.values()), dtype=np.float64)
     period = sys.period(params)
     if period is None or not 0 < period < math.inf:
         refuse("params", dict(values), "expected a finite period > 0")
     picture = Picture(found, state, number("t0", t0), values, period)
-    warn_of_lines(_core.lines_on_surface(sys._model, found.axes, table, state, picture.t0), found)
+    lines = _core.lines_on_surface(sys._model, found.axes, picture.table, state, picture.t0)
+    warn_of_lines(lines, found)
     return picture
 
 
@@ -142,7 +178,7 @@ class CellGroup:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CellMap:
+class CellMap(StoredFields):
     """Result of `cell_map`, one entry a cell: arrays have the shape of the grid."""
 
     group: Integers  #: index into `groups`, -1 for the outside, -2 where it is not known
@@ -161,6 +197,8 @@ class CellMap:
     settings: Settings
     instruction_set: str
     stats: LaneStats
+
+    _parts = (CellGroup, Grid, Settings, LaneStats)
 
     @property
     def time(self) -> Floats:
@@ -231,6 +269,8 @@ def cell_map(
     on_nonunique: str = "stop",
     escape: ArrayLike | None = None,
     threads: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    tile: int | None = None,
     progress: Progress = False,
 ) -> CellMap:
     """Map every cell of a grid to the cell that its centre reaches, and find where that leads.
@@ -254,8 +294,10 @@ def cell_map(
         Time at which cells are mapped.
     periods : int
         Forcing periods of one map.
-    method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads
+    method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads, store
         As in `ensemble`, for every cell.
+    tile : int, optional
+        Cells of a tile, about: as many whole rows.
     progress : bool or function
         True shows a bar; a function is called as `progress(done, total)`, in cells.
 
@@ -284,38 +326,33 @@ def cell_map(
     periods = integer("periods", periods)
     run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
     bounds = escape_bounds(sys, escape)
-    if threads is not None:
-        threads = integer("threads", threads)
+    threads, tile = counts(threads=threads, tile=tile)
     cells = picture.grid
-    starts = np.tile(picture.rest, (math.prod(cells.shape), 1))
-    starts[:, list(cells.coordinates)] = _core.centres(cells.axes)
-    times = np.array([picture.t0]), np.array([picture.t0 + periods * picture.period])
-    values = np.array([list(picture.params.values())], dtype=np.float64)
-    with shown(progress, "cell") as show:
-        columns = _core.ensemble(
-            lanes_of(sys),
-            len(starts),
-            starts,
-            values,
-            times[0],
-            times[1],
-            bounds,
-            *run.arguments,
-            0.0,
-            *run.limits,
-            threads or 0,
-            show,
-        )
-    status = STATUS_NAMES[columns["status"]]
-    image = _core.cells_of(
-        cells.axes, np.ascontiguousarray(columns["x"][:, list(cells.coordinates)])
+    shared = {
+        "params": picture.table[np.newaxis, :],
+        "t0": np.array([picture.t0]),
+        "t_end": np.array([picture.t0 + periods * picture.period]),
+    }
+    members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, instruction_set(), shared)
+    outputs: Arrays = {
+        "image": np.full(cells.shape, -2, dtype=np.int32),
+        "status": np.full(cells.shape, INTERRUPTED, dtype=np.int8),
+    }
+    stage = Stage(
+        "cells",
+        CellMapWork(members, picture),
+        outputs,
+        COUNTS,
+        dims=dict.fromkeys(outputs, cells.names),
     )
-    image[status == Status.escaped.value] = -1
-    image[(status != Status.ok.value) & (status != Status.escaped.value)] = -2
+    identity = picture.identity() | run_identity(sys, run, bounds) | {"periods": periods}
+    kept, tiling = open_store(store, "cell_map", identity, cells.shape[0], cells.shape[1], tile)
+    with shown(progress, "cell") as show:
+        columns, sums, raised = run_stage(stage, tiling, kept, show, cells.shape[1])
     result = CellMap(
-        **unpack_cell_map(_core.cell_map(cells.axes, image), cells.shape),
-        image=image.reshape(cells.shape),
-        status=status.reshape(cells.shape),
+        **unpack_cell_map(_core.cell_map(cells.axes, columns["image"].ravel()), cells.shape),
+        image=columns["image"],
+        status=STATUS_NAMES[columns["status"]],
         grid=cells,
         system=sys.name,
         params=picture.params,
@@ -324,7 +361,28 @@ def cell_map(
         period=periods * picture.period,
         settings=run.settings,
         instruction_set=instruction_set(),
-        stats=LaneStats(**columns["counters"]),
+        stats=LaneStats.of(sums),
     )
-    ended(columns["raised"], cell_map=result)
+    ended(raised, cell_map=result)
     return result
+
+
+@dataclass(frozen=True)
+class CellMapWork:
+    """Maps cells, here or elsewhere."""
+
+    members: EnsembleWork
+    picture: Picture
+
+    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Map rows of cells to the cells of their images."""
+        del inputs
+        picture = self.picture
+        starts = picture.starts(first, count)
+        columns = dict(self.members(0, len(starts), {"x0": starts}, show))
+        status = STATUS_NAMES[columns["status"]]
+        at = np.ascontiguousarray(columns["y"][:, list(picture.grid.coordinates)])
+        image = _core.cells_of(picture.grid.axes, at)
+        image[status == Status.escaped.value] = -1
+        image[(status != Status.ok.value) & (status != Status.escaped.value)] = -2
+        return columns | {"image": image}

@@ -439,30 +439,41 @@ def lines_on_surface(
     model: Model, axes: _Axes, p: _Floats, rest: _Floats, t0: float
 ) -> list[tuple[int, int, float]]: ...
 def cell_map(axes: _Axes, image: NDArray[np.int32]) -> dict[str, Any]: ...
-def basins(
-    model: Model,
-    capsule: object,
-    axes: _Axes,
-    p: _Floats,
-    rest: _Floats,
-    t0: float,
-    seeds: int,
-    settle: int,
-    longest: int,
-    newtons: int,
-    periods: int,
-    distance: float,
-    times: bool,
-    audit: int,
-    seed: int,
-    escape: list[float],
-    eighth_order: bool,
-    rtol: float,
-    atol: _Floats,
-    max_step: float,
-    max_steps: int,
-    max_events: int,
-    on_nonunique: int,
-    threads: int,
-    show: Callable[[int, int], object] | None,
-) -> dict[str, Any]: ...
+
+class BasinFinder:
+    def __init__(
+        self,
+        model: Model,
+        lanes: object,
+        axes: _Axes,
+        p: _Floats,
+        rest: _Floats,
+        t0: float,
+        *settings: Any,
+    ) -> None: ...
+    def images(
+        self, first: int, count: int, show: Callable[[int, int], object] | None
+    ) -> dict[str, Any]: ...
+    def find(self, image: NDArray[np.int32]) -> dict[str, Any]: ...
+    def labels(
+        self,
+        attractors: list[dict[str, Any]],
+        first: int,
+        count: int,
+        state: _Floats,
+        status: NDArray[np.int8],
+        show: Callable[[int, int], object] | None,
+    ) -> dict[str, Any]: ...
+    def complete(
+        self,
+        attractors: list[dict[str, Any]],
+        image: NDArray[np.int32],
+        label: NDArray[np.int32],
+        interrupted: bool,
+    ) -> dict[str, Any]: ...
+    def points(
+        self,
+        attractors: list[dict[str, Any]],
+        points: _Floats,
+        show: Callable[[int, int], object] | None,
+    ) -> dict[str, Any]: ...

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import os
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import choice, floats, integer, number, refuse
-from ._lanes import instruction_set, lanes_of
+from ._lanes import instruction_set, lanes_in_a_register, lanes_of, require_level
 from ._progress import Progress, ended, shown
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
 from ._status import Status
+from ._store import StoredFields
 from ._system import System
+from ._tiles import Arrays, Show, Stage, open_store, run_stage
 from ._trajectory import Settings
 from ._types import Floats
 
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["Ensemble", "LaneStats", "RunSettings", "ensemble", "run_settings"]
 
 STATUS_NAMES = np.array(_core.status_names())
+INTERRUPTED = list(STATUS_NAMES).index(Status.interrupted.value)
 
 
 @dataclass(frozen=True)
@@ -48,9 +53,18 @@ class LaneStats:
         """Share of the lanes that had a member."""
         return self.useful / (self.trips * self.width) if self.trips else 1.0
 
+    @classmethod
+    def of(cls, sums: Mapping[str, int]) -> LaneStats:
+        """From sums over tiles."""
+        return cls(**{name: sums[name] for name in COUNTS}, width=lanes_in_a_register())
+
+
+#: What is summed over tiles.
+COUNTS = tuple(field.name for field in fields(LaneStats) if field.name != "width")
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble:
+class Ensemble(StoredFields):
     """Result of `ensemble`, one entry a member: arrays have the shape that the arguments have."""
 
     y: Floats  #: states at the end, shape (dim, ...); of a failure the last valid ones
@@ -67,6 +81,8 @@ class Ensemble:
     settings: Settings  #: of every member
     instruction_set: str  #: bits are those of this set
     stats: LaneStats
+
+    _parts = (Settings, LaneStats)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -177,6 +193,8 @@ def ensemble(
     on_nonunique: str = "stop",
     escape: ArrayLike | None = None,
     threads: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    tile: int | None = None,
     progress: Progress = False,
 ) -> Ensemble:
     """Run many trajectories, each from its own start, over its own times, with its own parameters.
@@ -206,6 +224,13 @@ def ensemble(
         "escaped".
     threads : int, optional
         At most so many; by default as many as OpenMP takes by itself.
+    store : path, optional
+        A directory in Zarr's format, written tile by tile. If it is there, what is complete in it
+        is taken from it; a store made by other equations, starts or settings is refused. Needs
+        `filippov[store]`.
+    tile : int, optional
+        Members of a tile, which is written, or sent to a cluster, as a whole; by default 65,536.
+        With a Dask client in scope its workers run the tiles. No bit depends on it.
     progress : bool or function
         True shows a bar; a function is called as `progress(done, total)`, in members, always from
         the calling thread.
@@ -241,28 +266,37 @@ def ensemble(
         sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique, first_step
     )
     bounds = escape_bounds(sys, escape)
-    if threads is not None:
-        threads = integer("threads", threads)
+    threads, tile = counts(threads=threads, tile=tile)
+    shared, each = members.rows()
+    level = instruction_set()
+    work = EnsembleWork(sys, bounds, run, first_step or 0.0, threads or 0, level, shared)
+    outputs: Arrays = {
+        "y": np.full((members.size, sys.dim), np.nan),
+        "t": np.full(members.size, np.nan),
+        "status": np.full(members.size, INTERRUPTED, dtype=np.int8),
+        "mode": np.zeros(members.size, dtype=np.int8),
+        "n_events": np.zeros(members.size, dtype=np.int32),
+        "n_slides": np.zeros(members.size, dtype=np.int32),
+        "slide_time": np.zeros(members.size),
+    }
+    dims = dict.fromkeys(outputs, ("member",)) | {"y": ("member", "state")}
+    stage = Stage("members", work, outputs, COUNTS, each, dims)
+    identity = run_identity(sys, run, bounds) | {
+        "first_step": first_step or 0.0,
+        "shape": list(members.shape),
+        "members": members.fingerprint(),
+    }
+    kept, tiling = open_store(store, "ensemble", identity, members.size, 1, tile)
     with shown(progress, "member") as show:
-        columns = _core.ensemble(
-            lanes_of(sys),
-            members.size,
-            *members.rows(),
-            bounds,
-            *run.arguments,
-            first_step or 0.0,
-            *run.limits,
-            threads or 0,
-            show,
-        )
+        columns, sums, raised = run_stage(stage, tiling, kept, show)
     shape = members.shape
     result = Ensemble(
-        y=np.ascontiguousarray(columns["x"].T).reshape(sys.dim, *shape),
+        y=np.ascontiguousarray(columns["y"].T).reshape(sys.dim, *shape),
         t=columns["t"].reshape(shape),
         status=STATUS_NAMES[columns["status"]].reshape(shape),
         mode=columns["mode"].reshape(shape),
-        n_events=columns["events"].reshape(shape),
-        n_slides=columns["slides"].reshape(shape),
+        n_events=columns["n_events"].reshape(shape),
+        n_slides=columns["n_slides"].reshape(shape),
         slide_time=columns["slide_time"].reshape(shape),
         y0=members.starts(),
         params=members.params,
@@ -270,10 +304,61 @@ def ensemble(
         state=sys.state,
         settings=run.settings,
         instruction_set=instruction_set(),
-        stats=LaneStats(**columns["counters"]),
+        stats=LaneStats.of(sums),
     )
-    ended(columns["raised"], ensemble=result)
+    ended(raised, ensemble=result)
     return result
+
+
+@dataclass(frozen=True)
+class EnsembleWork:
+    """Runs members, here or elsewhere."""
+
+    sys: System
+    bounds: list[float] | None
+    run: RunSettings
+    first_step: float
+    threads: int
+    level: str  #: instruction set
+    shared: Arrays  #: what of "x0", "params", "t0" and "t_end" is the same for all, in one row
+
+    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Give the columns of an ensemble."""
+        del first
+        require_level(self.level)
+        given = self.shared | inputs
+        columns: Mapping[str, Any] = _core.ensemble(
+            lanes_of(self.sys),
+            count,
+            given["x0"],
+            given["params"],
+            given["t0"],
+            given["t_end"],
+            self.bounds,
+            *self.run.arguments,
+            self.first_step,
+            *self.run.limits,
+            self.threads,
+            show,
+        )
+        names = {"y": "x", "n_events": "events", "n_slides": "slides"}
+        renamed = {name: columns[theirs] for name, theirs in names.items()}
+        return {**columns, **renamed, **columns["counters"]}
+
+
+def run_identity(sys: System, run: RunSettings, bounds: list[float] | None) -> dict[str, Any]:
+    """All that determines what comes of a start, as JSON can hold it."""
+    return {
+        "system": {"name": sys.name, "state": list(sys.state)},
+        "settings": asdict(run.settings) | {"atol": list(run.settings.atol)},
+        "escape": bounds,
+        "instruction_set": instruction_set(),
+    }
+
+
+def counts(**given: int | None) -> list[int | None]:
+    """Check numbers that may be left out."""
+    return [None if n is None else integer(name, n) for name, n in given.items()]
 
 
 class _Members:
@@ -318,30 +403,40 @@ class _Members:
             raise ValueError(f"x0, t_span, params: {error}") from None
         self.size = math.prod(self.shape)
 
-    def rows(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Give starts, parameters and times, a row a member, or one for all."""
+    def rows(self) -> tuple[Arrays, Arrays]:
+        """Give starts, parameters and times: those that all share, and those with a row a member.
+
+        Shared parameters are worth knowing: lanes then hold them once.
+        """
+        shared: Arrays = {}
+        each: Arrays = {}
         values = list(self.params.values())
         if all(np.ndim(value) == 0 for value in values):
-            table = np.array([values], dtype=np.float64)
+            shared["params"] = np.array([values], dtype=np.float64)
         else:
-            each = [np.broadcast_to(value, self.shape).ravel() for value in values]
-            table = np.stack(each, axis=-1)
-        return (
-            self._rows(self.x0),
-            table,
-            self._column(self.t0),
-            self._column(self.t_end),
-        )
+            columns = [np.broadcast_to(value, self.shape).ravel() for value in values]
+            each["params"] = np.stack(columns, axis=-1)
+        if self.x0.ndim == 1:
+            shared["x0"] = np.ascontiguousarray(self.x0[np.newaxis, :])
+        else:
+            each["x0"] = np.ascontiguousarray(self.starts().reshape(self.x0.shape[0], -1).T)
+        for name, t in (("t0", self.t0), ("t_end", self.t_end)):
+            if t.ndim == 0:
+                shared[name] = t.reshape(1)
+            else:
+                each[name] = np.broadcast_to(t, self.shape).ravel().copy()
+        return shared, each
+
+    def fingerprint(self) -> str:
+        """Give a hash of all starts, times and parameters."""
+        digest = hashlib.sha256()
+        for arrays in self.rows():
+            for name, rows in sorted(arrays.items()):
+                digest.update(f"{name} {rows.shape} ".encode())
+                digest.update(np.ascontiguousarray(rows).tobytes())
+        return digest.hexdigest()
 
     def starts(self) -> Floats:
         """Give the starts of all members."""
         dim = self.x0.shape[0]
         return np.stack([np.broadcast_to(self.x0[k], self.shape) for k in range(dim)])
-
-    def _rows(self, x: Floats) -> Floats:
-        if x.ndim == 1:
-            return np.ascontiguousarray(x[np.newaxis, :])
-        return np.ascontiguousarray(self.starts().reshape(x.shape[0], -1).T)
-
-    def _column(self, t: Floats) -> Floats:
-        return t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, self.shape).ravel().copy()

@@ -12,7 +12,7 @@ from . import _core
 from ._check import refuse
 from ._system import System
 
-__all__ = ["LEVELS", "instruction_set", "lanes_in_a_register", "lanes_of"]
+__all__ = ["LEVELS", "instruction_set", "lanes_in_a_register", "lanes_of", "require_level"]
 
 #: Instruction sets, the least first; a processor that has one has those before it.
 LEVELS = ("baseline", "avx2", "avx512")
@@ -48,3 +48,11 @@ def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule
 def lanes_in_a_register() -> int:
     """How many trajectories one register holds."""
     return int(_module(instruction_set()).width)
+
+
+def require_level(level: str) -> None:
+    """Refuse to mix instruction sets: their results differ by rounding."""
+    if instruction_set() != level:
+        refuse(
+            "FILIPPOV_SIMD", instruction_set(), f"expected {level}, which the run was begun with"
+        )

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,12 +15,12 @@ import numpy as np
 
 from . import _core
 from ._check import refuse
-from ._system import System, restore
+from ._system import Params, System, restore
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["Stored", "load", "pack_system", "unpack_system"]
+__all__ = ["Stored", "StoredFields", "load", "pack_system", "unpack_system"]
 
 FORMAT = "filippov"
 VERSION = 1
@@ -61,6 +63,63 @@ class Stored:
         with part.open("wb") as file:
             np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **arrays)  # type: ignore[arg-type]
         part.replace(target)
+
+
+class StoredFields(Stored):
+    """A result that is saved field by field: arrays, and what JSON can hold.
+
+    `_parts` are the dataclasses that its fields consist of.
+    """
+
+    _parts: ClassVar[tuple[type, ...]] = ()
+
+    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+        arrays: dict[str, np.ndarray[Any, Any]] = {}
+
+        def packed(value: Any, name: str) -> Any:  # noqa: ANN401 - any field
+            if isinstance(value, np.ndarray):
+                arrays[name] = value
+                return {"array": name}
+            if isinstance(value, np.generic):
+                return value.item()
+            if isinstance(value, tuple | list):
+                return {"tuple": [packed(v, f"{name}.{k}") for k, v in enumerate(value)]}
+            if isinstance(value, self._parts):
+                fields = {
+                    field.name: packed(getattr(value, field.name), f"{name}.{field.name}")
+                    for field in dataclasses.fields(value)  # type: ignore[arg-type]
+                }
+                return {"class": type(value).__name__, "fields": fields}
+            if isinstance(value, Mapping):
+                items = {key: packed(v, f"{name}.{key}") for key, v in value.items()}
+                return {"params" if isinstance(value, Params) else "mapping": items}
+            return value
+
+        fields = {
+            field.name: packed(getattr(self, field.name), field.name)
+            for field in dataclasses.fields(self)  # type: ignore[arg-type]
+        }
+        return arrays, fields
+
+    @classmethod
+    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Self:
+        parts = {part.__name__: part for part in cls._parts}
+
+        def unpacked(value: Any) -> Any:  # noqa: ANN401 - any field
+            if not isinstance(value, dict):
+                return value
+            if "array" in value:
+                return arrays[value["array"]]
+            if "tuple" in value:
+                return tuple(unpacked(v) for v in value["tuple"])
+            if "class" in value:
+                fields = {name: unpacked(v) for name, v in value["fields"].items()}
+                return parts[value["class"]](**fields)
+            if "params" in value:
+                return Params({key: unpacked(v) for key, v in value["params"].items()})
+            return {key: unpacked(v) for key, v in value["mapping"].items()}
+
+        return cls(**{name: unpacked(value) for name, value in meta.items()})
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is known when the file is read

@@ -122,6 +122,7 @@ inline Vector vector_of(const Array<double>& a) {
     return Eigen::Map<const Vector>(a.data(), a.size());
 }
 
+void bind_basins(py::module_& m);
 void bind_cells(py::module_& m);
 void bind_diagram(py::module_& m);
 void bind_ensemble(py::module_& m);

@@ -24,6 +24,7 @@ PYBIND11_MODULE(_core, m) {
     fpy::bind_trajectory(m);
     fpy::bind_diagram(m);
     fpy::bind_ensemble(m);
+    fpy::bind_basins(m);
     fpy::bind_cells(m);
     fpy::bind_orbit(m);
     fpy::bind_maps(m);

@@ -1,0 +1,304 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Long computations tile by tile: kept in a Zarr store, or distributed over a Dask cluster.
+
+What is computed are entries of arrays along their first axis, each by itself: which are computed
+together, where and when changes no bit.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._check import refuse
+
+__all__ = ["Stage", "Store", "Tiling", "open_store", "run_stage"]
+
+Show = Callable[[int, int], object] | None
+Arrays = dict[str, NDArray[Any]]
+
+#: Entries of a tile, about, if nothing else is asked for.
+ENTRIES = 65_536
+FORMAT, VERSION = "filippov.tiles", 1
+
+
+@dataclass(frozen=True)
+class Tiling:
+    """The first axis cut in pieces of equal length but for the last."""
+
+    length: int
+    rows: int
+
+    def __len__(self) -> int:
+        return -(-self.length // self.rows)
+
+    def slice(self, k: int) -> slice:
+        """Rows of tile k."""
+        return slice(k * self.rows, min((k + 1) * self.rows, self.length))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Arrays of equal length that one function fills tile by tile.
+
+    `work(first, count, inputs, show)` gives a mapping: the arrays' rows from `first` on, whole
+    numbers by name (to be summed), and under "raised" what has ended it. To be sent to a cluster it
+    must be picklable.
+    """
+
+    name: str
+    work: Callable[[int, int, Arrays, Show], Mapping[str, Any]]
+    outputs: Arrays  #: as they are before, and where nothing was computed
+    numbers: tuple[str, ...] = ()
+    inputs: Arrays = field(default_factory=dict)  #: of which a tile gets its own rows
+    dims: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: names of the axes
+
+
+class Store:
+    """A directory in Zarr's format: arrays with one chunk a tile, and which tiles are complete."""
+
+    def __init__(self, group: Any, tiling: Tiling) -> None:  # noqa: ANN401 - a zarr.Group
+        self.group = group
+        self.tiling = tiling
+
+    def begin(self, stage: Stage) -> None:
+        """Make a stage's arrays, unless they are there."""
+        for name, values in stage.outputs.items():
+            if name not in self.group:
+                self.group.create_array(
+                    name,
+                    shape=values.shape,
+                    chunks=(min(self.tiling.rows, values.shape[0]), *values.shape[1:]),
+                    dtype=values.dtype,
+                    fill_value=values.flat[0],
+                    dimension_names=stage.dims.get(name),
+                )
+        if self._done(stage) not in self.group:
+            self.group.create_array(
+                self._done(stage),
+                shape=(len(self.tiling), 1 + len(stage.numbers)),
+                chunks=(1, 1 + len(stage.numbers)),
+                dtype=np.int64,
+                fill_value=0,
+                compressors=None,
+                dimension_names=("tile", f"{stage.name}_number"),
+            )
+
+    def complete(self, stage: Stage) -> NDArray[np.int64]:
+        """Rows (1, numbers...) of the tiles that are complete, 0 for the others."""
+        return np.asarray(self.group[self._done(stage)][:])
+
+    def read(self, stage: Stage, k: int) -> Arrays:
+        """Give a tile's arrays."""
+        rows = self.tiling.slice(k)
+        return {name: np.asarray(self.group[name][rows]) for name in stage.outputs}
+
+    def write(self, stage: Stage, k: int, arrays: Mapping[str, Any], numbers: list[int]) -> None:
+        """Write a tile, and then that it is complete: each file is written as a whole."""
+        for name in stage.outputs:
+            self.group[name][self.tiling.slice(k)] = arrays[name]
+        self.group[self._done(stage)][k] = [1, *numbers]
+
+    def note(self, **attributes: Any) -> None:
+        """Keep what belongs to the whole."""
+        self.group.attrs.update(attributes)
+
+    @staticmethod
+    def _done(stage: Stage) -> str:
+        return f"{stage.name}_done"
+
+
+def open_store(
+    path: str | os.PathLike[str] | None,
+    kind: str,
+    identity: Mapping[str, Any],
+    length: int,
+    entries_in_a_row: int,
+    tile: int | None,
+) -> tuple[Store | None, Tiling]:
+    """Open a store, or make it.
+
+    Parameters
+    ----------
+    path
+        The directory; None: nothing is stored.
+    identity
+        All that determines the result, as JSON can hold it.
+    length, entries_in_a_row
+        Of the arrays' first axis, and of one entry of it.
+    tile
+        Entries of a tile, about.
+
+    Raises
+    ------
+    ValueError
+        If the store holds something else: the first difference is named.
+    ImportError
+        Without zarr.
+    """
+    client = _client() is not None
+    whole = path is None and not client and tile is None
+    rows = length if whole else max(1, (tile or ENTRIES) // max(entries_in_a_row, 1))
+    tiling = Tiling(length, min(rows, max(length, 1)))
+    if path is None:
+        return None, tiling
+    import zarr
+
+    manifest = json.loads(
+        json.dumps(
+            {"format": FORMAT, "version": VERSION, "kind": kind, "filippov": _core.__version__}
+            | dict(identity)
+            | {"rows_of_a_tile": tiling.rows}
+        )
+    )
+    target = Path(path)
+    shown = os.fspath(path)
+    if not target.exists() or (target.is_dir() and not any(target.iterdir())):
+        group = zarr.open_group(target, mode="w", attributes={"filippov_manifest": manifest})
+        return Store(group, tiling), tiling
+    foreign = "expected a directory that does not exist yet, or a store of the same run"
+    try:
+        group = zarr.open_group(target, mode="r+")
+        found = group.attrs["filippov_manifest"]
+    except (OSError, KeyError, ValueError, TypeError):
+        refuse("store", shown, foreign)
+    if not isinstance(found, dict):
+        refuse("store", shown, foreign)
+    for name, expected in _flat(manifest):
+        there = dict(_flat(found)).get(name)
+        if there != expected:
+            refuse("store", shown, f"it was made with {name} = {there!r}, expected {expected!r}")
+    for name, there in _flat(found):
+        if name not in dict(_flat(manifest)):
+            refuse("store", shown, f"it was made with {name} = {there!r}, which is not asked for")
+    return Store(group, tiling), tiling
+
+
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 - JSON
+    """Leaves of a nested mapping by dotted names."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _flat(inner, f"{name}.{key}" if name else str(key))
+    else:
+        yield name, value
+
+
+def run_stage(
+    stage: Stage, tiling: Tiling, store: Store | None, show: Show, weight: int = 1
+) -> tuple[Arrays, dict[str, int], BaseException | None]:
+    """Fill a stage's arrays: those of complete tiles from the store, the others by its function.
+
+    Parameters
+    ----------
+    show
+        Called with the rows that are done and all rows, times `weight`.
+
+    Returns
+    -------
+    arrays, sums, raised
+        What was finished, the sums of the stage's numbers, and what ended it, if anything did.
+    """
+    todo = list(range(len(tiling)))
+    sums = dict.fromkeys(stage.numbers, 0)
+    if store is not None:
+        store.begin(stage)
+        complete = store.complete(stage)
+        for k in [k for k in todo if complete[k, 0] == 1]:
+            for name, values in store.read(stage, k).items():
+                stage.outputs[name][tiling.slice(k)] = values
+            for name, value in zip(stage.numbers, complete[k, 1:], strict=True):
+                sums[name] += int(value)
+        todo = [k for k in todo if complete[k, 0] != 1]
+    done = tiling.length - sum(len(range(*tiling.slice(k).indices(tiling.length))) for k in todo)
+    total = tiling.length * weight
+
+    def told(more: int, _: int) -> None:
+        if show is not None:
+            show(done * weight + more, total)
+
+    distributed = _client() is not None
+    run = _run_there if distributed else _run_here
+    raised: BaseException | None = None
+    try:
+        for k, result in run(stage, tiling, todo, None if show is None else told):
+            raised = result.get("raised")
+            rows = tiling.slice(k)
+            for name, values in stage.outputs.items():
+                values[rows] = result[name].reshape(values[rows].shape)
+            numbers = [int(result[name]) for name in stage.numbers]
+            sums = {name: sums[name] + n for name, n in zip(sums, numbers, strict=True)}
+            if raised is not None:
+                break
+            if store is not None:
+                store.write(stage, k, {n: v[rows] for n, v in stage.outputs.items()}, numbers)
+            done += rows.stop - rows.start
+            if distributed:
+                told(0, total)
+    except KeyboardInterrupt as signal:  # between tiles, or while waiting for a cluster
+        raised = signal
+    return stage.outputs, sums, raised
+
+
+def _arguments(stage: Stage, tiling: Tiling, k: int) -> tuple[int, int, Arrays]:
+    rows = tiling.slice(k)
+    inputs = {name: values[rows] for name, values in stage.inputs.items()}
+    return rows.start, rows.stop - rows.start, inputs
+
+
+def _run_here(
+    stage: Stage, tiling: Tiling, todo: list[int], show: Show
+) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    for k in todo:
+        yield k, stage.work(*_arguments(stage, tiling, k), show)
+
+
+def _client() -> Any:  # noqa: ANN401 - a distributed.Client
+    """Give the Dask client in scope, None without one: nobody has one who did not import dask."""
+    distributed = sys.modules.get("distributed")
+    if distributed is None:
+        return None
+    try:
+        return distributed.default_client()
+    except ValueError:
+        return None
+
+
+def _run_there(
+    stage: Stage, tiling: Tiling, todo: list[int], show: Show
+) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    """Send tiles to a cluster, never many more than it has threads."""
+    from distributed import as_completed
+
+    del show
+    client = _client()
+    waiting = iter(todo)
+    futures: dict[Any, int] = {}
+
+    def submit() -> Any:  # noqa: ANN401 - a future, None if all are sent
+        for k in waiting:
+            future = client.submit(stage.work, *_arguments(stage, tiling, k), None, pure=False)
+            futures[future] = k
+            return future
+        return None
+
+    threads = sum(client.nthreads().values()) or 1
+    first = [future for future in (submit() for _ in range(2 * threads)) if future is not None]
+    running = as_completed(first)
+    try:
+        for future in running:
+            k = futures.pop(future)
+            result = future.result()
+            if (following := submit()) is not None:
+                running.add(following)
+            yield k, result
+    finally:
+        client.cancel(list(futures))

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bind_cells.hpp"
+
+#include <filippov/basins.hpp>
+
+namespace filippov::python {
+
+namespace {
+
+using Doubles = Array<double>;
+
+// --- limit sets, as dictionaries that can be stored and sent -------------------------------------
+
+py::array_t<double> rows(const std::vector<Vector>& points, Eigen::Index dim) {
+    std::vector<double> all;
+    for (const Vector& x : points)
+        all.insert(all.end(), x.begin(), x.end());
+    return as_array(std::move(all), {py::ssize_t(points.size()), dim});
+}
+std::vector<Vector> points_of(const Doubles& rows) {
+    expect(rows.ndim() == 2, "points have two axes");
+    std::vector<Vector> points;
+    for (py::ssize_t k = 0; k < rows.shape(0); ++k)
+        points.push_back(Eigen::Map<const Vector>(rows.data(k, 0), rows.shape(1)));
+    return points;
+}
+py::array_t<double> stacked(const std::vector<Matrix>& matrices, Eigen::Index dim) {
+    std::vector<double> all;
+    for (const Matrix& m : matrices) // of symmetric ones the order does not matter
+        all.insert(all.end(), m.data(), m.data() + m.size());
+    return as_array(std::move(all), {py::ssize_t(matrices.size()), dim, dim});
+}
+std::vector<Matrix> matrices_of(const Doubles& stack) {
+    expect(stack.ndim() == 3 && stack.shape(1) == stack.shape(2), "matrices have three axes");
+    std::vector<Matrix> matrices;
+    for (py::ssize_t k = 0; k < stack.shape(0); ++k)
+        matrices.push_back(
+            Eigen::Map<const Matrix>(stack.data(k, 0, 0), stack.shape(1), stack.shape(2)));
+    return matrices;
+}
+py::dict to_dict(const StrobeCycle& c, Eigen::Index dim) {
+    py::dict d;
+    d["points"] = rows(c.points, dim);
+    d["multipliers"] = as_array(std::vector(c.multipliers), {py::ssize_t(c.multipliers.size())});
+    d["residual"] = c.residual;
+    return d;
+}
+py::dict to_dict(const Attractor& a, Eigen::Index dim) {
+    py::dict d = to_dict(a.cycle, dim);
+    d["periodic"] = a.periodic;
+    d["radius"] = a.radius;
+    d["norms"] = stacked(a.norms, dim);
+    if (!a.periodic)
+        d["points"] = rows(a.cloud, dim);
+    return d;
+}
+/// What labels are told of attractors: not their multipliers.
+std::vector<Attractor> attractors_of(const py::list& list) {
+    std::vector<Attractor> attractors;
+    for (const py::handle item : list) {
+        const auto d = py::reinterpret_borrow<py::dict>(item);
+        Attractor a;
+        a.periodic = d["periodic"].cast<bool>();
+        a.radius = d["radius"].cast<double>();
+        a.norms = matrices_of(d["norms"].cast<Doubles>());
+        (a.periodic ? a.cycle.points : a.cloud) = points_of(d["points"].cast<Doubles>());
+        attractors.push_back(std::move(a));
+    }
+    return attractors;
+}
+
+std::vector<signed char> bytes(const std::vector<Status>& status) {
+    std::vector<signed char> all;
+    for (const Status s : status)
+        all.push_back(static_cast<signed char>(s));
+    return all;
+}
+std::vector<Status> statuses(const Array<signed char>& bytes) {
+    std::vector<Status> all;
+    for (const signed char s : view(bytes))
+        all.push_back(static_cast<Status>(s));
+    return all;
+}
+
+/// A BasinFinder whose parts are called one by one. What a call raised, or a signal, ends all later
+/// calls too.
+class Finder {
+    template <class F> auto unlocked(const py::object& show, const F& f) {
+        show_ = progress(show, analysis_.signals);
+        const py::gil_scoped_release free;
+        return f();
+    }
+
+public:
+    Finder(const Model& model, py::capsule lanes, const Axes& axes, const Doubles& p,
+           const Doubles& rest, double t0, int seeds, int settle, int longest, int newtons,
+           int periods, double distance, bool times, int audit, std::uint64_t seed,
+           const std::vector<double>& escape, bool eighth_order, double rtol, const Doubles& atol,
+           double max_step, long long max_steps, long long max_events, int on_nonunique,
+           int threads)
+        : lanes_(std::move(lanes)),
+          analysis_(model, {.rtol = std::min(rtol, 1e-12), .atol = 1e-13}), grid_(grid_of(axes)),
+          p_(vector_of(p)) {
+        BasinSettings& s = settings_;
+        s.run = ensemble_settings(eighth_order, rtol, atol, max_step, 0, max_steps, max_events,
+                                  on_nonunique);
+        s.t0 = t0;
+        s.rest = vector_of(rest);
+        s.seeds = seeds;
+        s.settle = settle;
+        s.longest = longest;
+        s.newtons = newtons;
+        s.periods = periods;
+        s.distance = distance;
+        s.times = times;
+        s.audit = audit;
+        s.seed = seed;
+        s.escape = escape;
+        s.parallel.threads = threads;
+        s.parallel.cancelled = [this] { return analysis_.signals(); };
+        s.parallel.progress = [this](std::size_t done, std::size_t total) {
+            if (show_)
+                show_(done, total);
+        };
+        finder_.emplace(*analysis_.system, lanes_in(lanes_), grid_, p_, s);
+    }
+
+    py::dict images(std::int32_t first, std::int32_t count, const py::object& show) {
+        MappedCells images =
+            unlocked(show, [&] { return finder_->images({.first = first, .count = count}); });
+        py::dict d;
+        d["image"] = as_array(std::move(images.cell), {count});
+        d["state"] = as_array(std::move(images.states), {count, dim()});
+        d["status"] = as_array(bytes(images.status), {count});
+        d["counters"] = lane_counters_to_dict(images.counters);
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+    /// @param image  of all cells
+    py::dict find(const Array<std::int32_t>& image) {
+        CellMap plain;
+        const LimitSets sets = unlocked(py::none(), [&] {
+            plain = cell_map(grid_, view(image));
+            return finder_->find(plain);
+        });
+        py::list attractors, saddles;
+        for (const Attractor& a : sets.attractors)
+            attractors.append(to_dict(a, dim()));
+        for (const StrobeCycle& s : sets.saddles)
+            saddles.append(to_dict(s, dim()));
+        py::dict d;
+        d["plain"] = cell_map_to_dict(plain);
+        d["attractors"] = attractors;
+        d["saddles"] = saddles;
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+    /// @param state, status  of the images of these cells
+    py::dict labels(const py::list& attractors, std::int32_t first, std::int32_t count,
+                    const Doubles& state, const Array<signed char>& status,
+                    const py::object& show) {
+        const std::vector<Attractor> known = attractors_of(attractors);
+        MappedCells images;
+        images.states = copy(state);
+        images.status = statuses(status);
+        CellLabels labels =
+            unlocked(show, [&] { return finder_->labels(known, {first, count}, images); });
+        labels.time.resize(std::size_t(count), -1);
+        py::dict d;
+        d["label"] = as_array(std::move(labels.label), {count});
+        d["time"] = as_array(std::move(labels.time), {count});
+        d["status"] = as_array(bytes(labels.status), {count});
+        d["periods"] = labels.periods;
+        d["looked_up"] = labels.looked_up;
+        d["counters"] = lane_counters_to_dict(labels.counters);
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+    /// @param image, label  of all cells
+    /// @param interrupted   then there is no audit
+    py::dict complete(const py::list& attractors, const Array<std::int32_t>& image,
+                      const Array<std::int32_t>& label, bool interrupted) {
+        expect(label.size() == grid_.cells(), "every cell has a label");
+        Basins b{.grid = grid_};
+        b.attractors = attractors_of(attractors);
+        b.label = copy(label);
+        b.state = interrupted ? Status::interrupted : Status::ok;
+        unlocked(py::none(), [&] {
+            b.plain = cell_map(grid_, view(image));
+            finder_->complete(b);
+            return 0;
+        });
+        py::list confusion;
+        for (const GroupCheck& g : b.confusion)
+            confusion.append(py::make_tuple(g.group, g.attractor, g.cells));
+        py::dict d;
+        d["confusion"] = confusion;
+        d["by_exit"] = b.by_exit;
+        d["by_exit_reason"] = b.by_exit_reason;
+        d["audited"] = b.audited;
+        d["disagreements"] = b.disagreements;
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+    /// @param points  of the picture, shape (k, 2)
+    py::dict points(const py::list& attractors, const Doubles& points, const py::object& show) {
+        expect(points.ndim() == 2 && points.shape(1) == 2, "points have two columns");
+        BasinSettings settings = settings_;
+        const BasinLabeller labeller(*analysis_.system, lanes_in(lanes_), grid_,
+                                     attractors_of(attractors), p_, settings);
+        std::vector<std::array<double, 2>> at;
+        for (py::ssize_t k = 0; k < points.shape(0); ++k)
+            at.push_back({points.at(k, 0), points.at(k, 1)});
+        std::vector<CellLabel> found(at.size());
+        unlocked(show, [&] { return labeller(at, found); });
+        std::vector<std::int32_t> label, time;
+        for (const CellLabel& l : found) {
+            label.push_back(l.label);
+            time.push_back(l.time);
+        }
+        const auto n = py::ssize_t(at.size());
+        py::dict d;
+        d["label"] = as_array(std::move(label), {n});
+        d["time"] = as_array(std::move(time), {n});
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+
+private:
+    Eigen::Index dim() const { return analysis_.system->dim(); }
+
+    const py::capsule lanes_; ///< kept alive
+    Analysis analysis_;
+    const CellGrid grid_;
+    const Vector p_;
+    BasinSettings settings_;
+    std::function<void(std::size_t, std::size_t)> show_;
+    std::optional<BasinFinder> finder_;
+};
+
+} // namespace
+
+void bind_basins(py::module_& m) {
+    py::class_<Finder>(m, "BasinFinder")
+        .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&, const Doubles&,
+                      double, int, int, int, int, int, double, bool, int, std::uint64_t,
+                      const std::vector<double>&, bool, double, const Doubles&, double, long long,
+                      long long, int, int>(),
+             py::keep_alive<1, 2>())
+        .def("images", &Finder::images)
+        .def("find", &Finder::find)
+        .def("labels", &Finder::labels)
+        .def("complete", &Finder::complete)
+        .def("points", &Finder::points);
+}
+
+} // namespace filippov::python
