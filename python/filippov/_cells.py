@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["CellGroup", "CellMap", "Grid", "cell_map"]
 
 Integers = NDArray[np.int32]
+OK, ESCAPED = (list(STATUS_NAMES).index(status.value) for status in (Status.ok, Status.escaped))
 GridArgument = Mapping[str, Sequence[float]]
 
 
@@ -380,9 +381,9 @@ class CellMapWork:
         picture = self.picture
         starts = picture.starts(first, count)
         columns = dict(self.members(0, len(starts), {"x0": starts}, show))
-        status = STATUS_NAMES[columns["status"]]
+        status = columns["status"]
         at = np.ascontiguousarray(columns["y"][:, list(picture.grid.coordinates)])
         image = _core.cells_of(picture.grid.axes, at)
-        image[status == Status.escaped.value] = -1
-        image[(status != Status.ok.value) & (status != Status.escaped.value)] = -2
+        image[status != OK] = -2
+        image[status == ESCAPED] = -1
         return columns | {"image": image}
