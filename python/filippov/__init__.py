@@ -10,6 +10,8 @@ True
 from __future__ import annotations
 
 from . import models
+from ._basin_numbers import BasinEntropy, BoxDimension, Fraction, PairCount, UncertaintyExponent
+from ._basin_sweep import BasinSweep, follow_basins
 from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
 from ._bifurcation_set import BifurcationSet, bifurcation_set
 from ._branch import Branch, SpecialPoint, continuation
@@ -24,6 +26,7 @@ from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, t
 from ._lyapunov import Lyapunov, lyapunov
 from ._maps import Mapped, section_map, strobe_map
 from ._orbit import Orbit, OrbitError, periodic_orbit
+from ._refine import Audit, RefinedBasins
 from ._simulate import SimulationError, simulate
 from ._sliding_boundary import SlidingBoundary, sliding_boundaries
 from ._sliding_region import SlidingRegion, sliding_region
@@ -34,8 +37,12 @@ from ._trajectory import Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
     "Attractor",
+    "Audit",
+    "BasinEntropy",
+    "BasinSweep",
     "Basins",
     "BifurcationSet",
+    "BoxDimension",
     "Branch",
     "CellGroup",
     "CellMap",
@@ -45,6 +52,7 @@ __all__ = [
     "EventKind",
     "EventMap",
     "FixedPoint",
+    "Fraction",
     "Grid",
     "GroupCheck",
     "LaneStats",
@@ -52,8 +60,10 @@ __all__ = [
     "Mapped",
     "Orbit",
     "OrbitError",
+    "PairCount",
     "Params",
     "Piece",
+    "RefinedBasins",
     "Saddle",
     "Settings",
     "SimulationError",
@@ -66,6 +76,7 @@ __all__ = [
     "System",
     "Tangency",
     "Trajectory",
+    "UncertaintyExponent",
     "__version__",
     "basins",
     "bifurcation_diagram",
@@ -76,6 +87,7 @@ __all__ = [
     "ensemble",
     "equilibria",
     "event_map",
+    "follow_basins",
     "get_include",
     "load",
     "lyapunov",

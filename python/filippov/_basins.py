@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._basin_numbers import (
+    BasinEntropy,
+    BoxDimension,
+    Fraction,
+    UncertaintyExponent,
+    basin_entropy,
+    box_dimension,
+    grid_fractions,
+    random_points,
+    sampled_fractions,
+    uncertainty_exponent,
+)
 from ._cells import CellGroup, Grid, GridArgument, Integers, Picture, picture_of, unpack_cell_map
-from ._check import flag, integer, number
+from ._check import flag, floats, integer, number, refuse
 from ._ensemble import (
     COUNTS,
     INTERRUPTED,
@@ -28,6 +40,7 @@ from ._ensemble import (
 )
 from ._lanes import instruction_set, lanes_of, require_level
 from ._progress import Progress, ended, shown
+from ._refine import RefinedBasins, refine
 from ._store import StoredFields
 from ._system import Params, System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
@@ -109,12 +122,14 @@ class Basins(StoredFields):
     disagreements: int  #: those of them that did not come to the one of their label
     periods: int  #: forcing periods of all trajectories of the labelling
     grid: Grid
-    system: str
+    system: System
     params: Params
     rest: Floats  #: state, of which two components are those of the grid
     t0: float
     period: float  #: of the forcing
     distance: float  #: below which a trajectory had landed, 0: within the ellipsoid
+    search: Mapping[str, Any]  #: how attractors were looked for: arguments of `basins`
+    escape: tuple[float, ...] | None  #: sizes of the components beyond which a run has escaped
     settings: Settings
     instruction_set: str
     stats: LaneStats
@@ -133,6 +148,155 @@ class Basins(StoredFields):
         return {
             int(label): float(n) / self.label.size for label, n in zip(labels, counts, strict=True)
         }
+
+    @property
+    def bounds(self) -> dict[int, Fraction]:
+        """Shares by label, between bounds from the cells beside boundaries.
+
+        They hold for boundaries that are straight on the scale of a cell; `sample` gives intervals
+        that do not need that.
+        """
+        return {share.label: share for share in grid_fractions(self.label)}
+
+    def at(self, points: ArrayLike) -> tuple[Integers, Integers]:
+        """Label any points of the picture, each by its own trajectory.
+
+        Parameters
+        ----------
+        points : array, shape (2, ...)
+            In the two components of the grid; they may lie outside it.
+
+        Returns
+        -------
+        label, time : arrays, shape (...)
+            As those of cells.
+        """
+        given = floats("points", points, "expected an array of shape (2, ...)")
+        if given.ndim < 1 or given.shape[0] != 2:
+            refuse("points", points, "expected an array of shape (2, ...)")
+        work, known = self._labelling()
+        rows = np.ascontiguousarray(given.reshape(2, -1).T)
+        found = work.finder.points(known, rows)
+        ended(found["raised"])
+        shape = given.shape[1:]
+        return found["label"].reshape(shape), found["time"].reshape(shape)
+
+    def sample(
+        self, n: int = 10_000, *, level: float = 0.95, seed: int = 1
+    ) -> tuple[Fraction, ...]:
+        """Shares of random points' labels, with Wilson's intervals.
+
+        Parameters
+        ----------
+        n : int
+            Points, drawn uniformly from the picture, each labelled by its own trajectory.
+        level : float
+            Probability that an interval covers the true share, each by itself.
+        seed : int
+            Of the points.
+        """
+        level = number("level", level, "expected 0 < level < 1", above=0.0, below=1.0)
+        points = random_points(self, integer("n", n), integer("seed", seed, 0))
+        labels = range(1, len(self.attractors) + 1)
+        return sampled_fractions(self.at(points.T)[0], level, labels)
+
+    def entropy(self, box: int = 5) -> BasinEntropy:
+        """Entropy of the labels in boxes of `box` x `box` cells: how unpredictable they are."""
+        return basin_entropy(self.label, box)
+
+    def boundary_dimension(self) -> BoxDimension:
+        """Box-counting dimension of the boundary, as far as the cells resolve it."""
+        return box_dimension(self.label)
+
+    def uncertainty_exponent(
+        self,
+        epsilons: Sequence[float] = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4),
+        *,
+        pairs: int = 10_000,
+        seed: int = 1,
+        progress: Progress = False,
+    ) -> UncertaintyExponent:
+        """How the share of pairs with different labels falls with their distance.
+
+        Parameters
+        ----------
+        epsilons : sequence of float
+            Distances, in units of the picture.
+        pairs : int
+            Of random points, at each distance: twice as many trajectories.
+        seed : int
+            Of the points.
+        progress : bool or function
+            True shows a bar; a function is called as `progress(done, total)`, in distances.
+        """
+        return uncertainty_exponent(self, epsilons, pairs, seed, progress)
+
+    def refine(
+        self,
+        *,
+        coarse: int = 32,
+        levels: int = 6,
+        time_jump: int = 0,
+        audit: int = 1000,
+        seed: int = 1,
+        full_dimension: float = 1.9,
+        max_points: int = 50_000_000,
+    ) -> RefinedBasins:
+        """Label the same rectangle on squares that are split along the boundaries only.
+
+        A picture of coarse * 2**levels cells either way for a few per cent of their trajectories.
+
+        Parameters
+        ----------
+        coarse, levels : int
+            Squares along either side at first, and how often they are split.
+        time_jump : int
+            Split also where times differ by more; 0: where labels do.
+        audit : int
+            Random points in the squares that were not split.
+        seed : int
+            Of the audit.
+        full_dimension : float
+            Stop where the boundary grows with this dimension: it fills the plane.
+        max_points : int
+            Trajectories before the audit.
+
+        Returns
+        -------
+        RefinedBasins
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Within a second of Ctrl-C; its attribute `refined` has what was finished.
+        """
+        return refine(self, coarse, levels, time_jump, audit, seed, full_dimension, max_points)
+
+    def _labelling(self) -> tuple[BasinWork, list[Any]]:
+        """Give what labels points, and the attractors that it is to be given."""
+        picture = Picture(self.grid, self.rest, self.t0, self.params, self.period)
+        run = run_settings(
+            self.system,
+            self.settings.method,
+            self.settings.rtol,
+            self.settings.atol,
+            self.settings.max_step,
+            self.settings.max_steps,
+            self.settings.max_events,
+            self.settings.on_nonunique,
+        )
+        bounds = None if self.escape is None else list(self.escape)
+        work = BasinWork(self.system, picture, run, self.search, bounds, 0, instruction_set())
+        known = [
+            {
+                "periodic": a.periodic,
+                "radius": a.radius,
+                "norms": a.norms,
+                "points": np.ascontiguousarray(a.points.T),
+            }
+            for a in self.attractors
+        ]
+        return work, known
 
     def plot(
         self, ax: Axes | None = None, *, what: str = "label", **artist_kw: Any
@@ -169,7 +333,7 @@ class Basins(StoredFields):
         coords = {name: self.grid.centres(k) for k, name in enumerate(names)}
         attrs: dict[str, Any] = {
             "filippov": _core.__version__,
-            "system": self.system,
+            "system": self.system.name,
             "instruction_set": self.instruction_set,
             "t0": self.t0,
             "distance": self.distance,
@@ -182,7 +346,7 @@ class Basins(StoredFields):
     def __repr__(self) -> str:
         shares = ", ".join(f"{label}: {share:.1%}" for label, share in self.fractions.items())
         return (
-            f"<Basins of {self.system}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
+            f"<Basins of {self.system.name}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
             f"{len(self.attractors)} attractors, {len(self.saddles)} saddles; {shares}>"
         )
 
@@ -350,12 +514,14 @@ def basins(
         disagreements=checked["disagreements"],
         periods=sums["periods"],
         grid=cells,
-        system=sys.name,
+        system=sys,
         params=picture.params,
         rest=picture.rest,
         t0=picture.t0,
         period=picture.period,
         distance=distance,
+        search=search,
+        escape=None if bounds is None else tuple(bounds),
         settings=run.settings,
         instruction_set=instruction_set(),
         stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
@@ -436,17 +602,20 @@ class BasinWork:
         return LabelWork(self, attractors)
 
     def complete(
-        self,
-        attractors: list[Any],
-        image: Integers,
-        label: Integers,
-        raised: BaseException | None,
+        self, attractors: list[Any], image: Integers, label: Integers, raised: BaseException | None
     ) -> dict[str, Any]:
-        """Audit, and the confusion table; without an audit after an interruption."""
-        checked: dict[str, Any] = self.finder.complete(
-            attractors, image.ravel(), label.ravel(), raised is not None
-        )
-        return checked | {"raised": raised or checked["raised"]}
+        """Audit, and the confusion table; nothing of it after an interruption."""
+        if raised is None:
+            checked: dict[str, Any] = self.finder.complete(attractors, image.ravel(), label.ravel())
+            return checked
+        return {
+            "confusion": [],
+            "by_exit": False,
+            "by_exit_reason": "It was interrupted.",
+            "audited": 0,
+            "disagreements": 0,
+            "raised": raised,
+        }
 
 
 @dataclass(frozen=True)

@@ -469,11 +469,39 @@ class BasinFinder:
         attractors: list[dict[str, Any]],
         image: NDArray[np.int32],
         label: NDArray[np.int32],
-        interrupted: bool,
     ) -> dict[str, Any]: ...
-    def points(
+    def points(self, attractors: list[dict[str, Any]], points: _Floats) -> dict[str, Any]: ...
+    def pairs(
         self,
         attractors: list[dict[str, Any]],
-        points: _Floats,
+        epsilons: list[float],
+        n: int,
+        seed: int,
         show: Callable[[int, int], object] | None,
     ) -> dict[str, Any]: ...
+    def refine(
+        self,
+        attractors: list[dict[str, Any]],
+        coarse: int,
+        levels: int,
+        time_jump: int,
+        full_dimension: float,
+        max_points: int,
+        audit: int,
+        seed: int,
+    ) -> dict[str, Any]: ...
+
+def grid_fractions(labels: NDArray[np.int32]) -> list[tuple[Any, ...]]: ...
+def sampled_fractions(
+    labels: NDArray[np.int32], level: float, also: list[int]
+) -> list[tuple[Any, ...]]: ...
+def basin_entropy(labels: NDArray[np.int32], box: int) -> tuple[Any, ...]: ...
+def box_dimension(labels: NDArray[np.int32], smallest: int, largest: int) -> tuple[Any, ...]: ...
+def uncertainty_exponent(rows: list[tuple[Any, ...]]) -> tuple[Any, ...]: ...
+def match_attractors(
+    known: list[tuple[int, _Floats]],
+    found: list[_Floats],
+    scale: _Floats,
+    threshold: float,
+    next_id: int,
+) -> tuple[list[int], list[float], int]: ...

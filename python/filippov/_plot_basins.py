@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
+    from ._basin_sweep import BasinSweep
     from ._basins import Basins
     from ._cells import CellMap, Grid, Integers
 
@@ -76,6 +77,14 @@ def plot_cell_map(cells: CellMap, ax: Axes | None, artist_kw: dict[str, Any]) ->
     return artists
 
 
+def plot_labels(
+    grid: Grid, label: Integers, ax: Axes | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw an array of labels over a grid's rectangle."""
+    colours, norm = _colours(max(int(label.max()), 1))
+    return [_image(grid, label, _axes(ax), {"cmap": colours, "norm": norm} | artist_kw)]
+
+
 def plot_basins(
     basins: Basins, ax: Axes | None, what: str, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -102,4 +111,29 @@ def plot_basins(
     for saddle in basins.saddles:
         artists += ax.plot(*saddle.points[list(grid.coordinates)], **SADDLE)
     ax.set(xlim=(grid.low[0], grid.high[0]), ylim=(grid.low[1], grid.high[1]))
+    return artists
+
+
+def plot_sweep(sweep: BasinSweep, ax: Axes | None, artist_kw: dict[str, Any]) -> list[Artist]:
+    """Draw a `BasinSweep`."""
+    ax = _axes(ax)
+    shares = np.nan_to_num(sweep.fractions)
+    columns = [*shares.T, sweep.escaped, sweep.unresolved]
+    names = [*(f"attractor {n}" for n in sweep.ids), "escaped", "unresolved"]
+    colours = [*(BASINS[k % len(BASINS)] for k in range(len(sweep.ids))), ESCAPED, UNRESOLVED]
+    artists: list[Artist] = []
+    below = np.zeros(sweep.values.size)
+    for share, name, colour in zip(columns, names, colours, strict=True):
+        if share.any():
+            given: dict[str, Any] = {
+                "facecolor": colour,
+                "edgecolor": "#606060",
+                "linewidth": 0.5,
+                "label": name,
+            }
+            artists.append(
+                ax.fill_between(sweep.values, below, below + share, **(given | artist_kw))
+            )
+        below = below + share
+    ax.set(xlabel=sweep.parameter, ylabel="share of the picture", ylim=(0, 1))
     return artists

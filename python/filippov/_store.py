@@ -82,6 +82,8 @@ class StoredFields(Stored):
                 return {"array": name}
             if isinstance(value, np.generic):
                 return value.item()
+            if isinstance(value, System):
+                return {"system": pack_system(value)}
             if isinstance(value, tuple | list):
                 return {"tuple": [packed(v, f"{name}.{k}") for k, v in enumerate(value)]}
             if isinstance(value, self._parts):
@@ -110,6 +112,8 @@ class StoredFields(Stored):
                 return value
             if "array" in value:
                 return arrays[value["array"]]
+            if "system" in value:
+                return unpack_system(value["system"])
             if "tuple" in value:
                 return tuple(unpacked(v) for v in value["tuple"])
             if "class" in value:

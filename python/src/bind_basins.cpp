@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_cells.hpp"
 
+#include <filippov/basin_numbers.hpp>
 #include <filippov/basins.hpp>
+#include <filippov/refine.hpp>
 
 namespace filippov::python {
 
@@ -82,11 +84,24 @@ std::vector<Status> statuses(const Array<signed char>& bytes) {
     return all;
 }
 
+LabelGrid labels_of(const Array<std::int32_t>& labels) {
+    expect(labels.ndim() == 2, "labels have two axes");
+    return {view(labels), std::size_t(labels.shape(1))};
+}
+py::list rows_of(const std::vector<Fraction>& fractions) {
+    py::list rows;
+    for (const Fraction& f : fractions)
+        rows.append(py::make_tuple(f.label, f.value, f.low, f.high, f.count));
+    return rows;
+}
+
 /// A BasinFinder whose parts are called one by one. What a call raised, or a signal, ends all later
 /// calls too.
 class Finder {
     template <class F> auto unlocked(const py::object& show, const F& f) {
         show_ = progress(show, analysis_.signals);
+        if (!show_)
+            show_ = [](std::size_t, std::size_t) {};
         const py::gil_scoped_release free;
         return f();
     }
@@ -118,10 +133,7 @@ public:
         s.escape = escape;
         s.parallel.threads = threads;
         s.parallel.cancelled = [this] { return analysis_.signals(); };
-        s.parallel.progress = [this](std::size_t done, std::size_t total) {
-            if (show_)
-                show_(done, total);
-        };
+        s.parallel.progress = [this](std::size_t done, std::size_t total) { show_(done, total); };
         finder_.emplace(*analysis_.system, lanes_in(lanes_), grid_, p_, s);
     }
 
@@ -177,14 +189,12 @@ public:
         return d;
     }
     /// @param image, label  of all cells
-    /// @param interrupted   then there is no audit
     py::dict complete(const py::list& attractors, const Array<std::int32_t>& image,
-                      const Array<std::int32_t>& label, bool interrupted) {
+                      const Array<std::int32_t>& label) {
         expect(label.size() == grid_.cells(), "every cell has a label");
         Basins b{.grid = grid_};
         b.attractors = attractors_of(attractors);
         b.label = copy(label);
-        b.state = interrupted ? Status::interrupted : Status::ok;
         unlocked(py::none(), [&] {
             b.plain = cell_map(grid_, view(image));
             finder_->complete(b);
@@ -203,16 +213,14 @@ public:
         return d;
     }
     /// @param points  of the picture, shape (k, 2)
-    py::dict points(const py::list& attractors, const Doubles& points, const py::object& show) {
+    py::dict points(const py::list& attractors, const Doubles& points) {
         expect(points.ndim() == 2 && points.shape(1) == 2, "points have two columns");
-        BasinSettings settings = settings_;
-        const BasinLabeller labeller(*analysis_.system, lanes_in(lanes_), grid_,
-                                     attractors_of(attractors), p_, settings);
+        const BasinLabeller labeller = labeller_of(attractors);
         std::vector<std::array<double, 2>> at;
         for (py::ssize_t k = 0; k < points.shape(0); ++k)
             at.push_back({points.at(k, 0), points.at(k, 1)});
-        std::vector<CellLabel> found(at.size());
-        unlocked(show, [&] { return labeller(at, found); });
+        std::vector<CellLabel> found(at.size(), {.label = 0, .time = -1});
+        unlocked(py::none(), [&] { return labeller(at, found); });
         std::vector<std::int32_t> label, time;
         for (const CellLabel& l : found) {
             label.push_back(l.label);
@@ -225,8 +233,77 @@ public:
         d["raised"] = analysis_.signals.raised();
         return d;
     }
+    /// Pairs of points of the picture, a row (epsilon, uncertain, trials, unresolved) a distance.
+    py::dict pairs(const py::list& attractors, const std::vector<double>& epsilons, long long n,
+                   std::uint64_t seed, const py::object& show) {
+        const BasinLabeller labeller = labeller_of(attractors);
+        std::vector<PairCount> counts;
+        std::size_t asked = 0;
+        const auto ask = [&](std::span<const std::array<double, 2>> at, std::span<Label> labels) {
+            std::vector<CellLabel> found(at.size());
+            if (analysis_.signals.has_raised() || !labeller(at, found))
+                return; // unresolved
+            for (std::size_t k = 0; k < at.size(); ++k)
+                labels[k] = found[k].label;
+            show_(++asked, epsilons.size());
+        };
+        unlocked(show, [&] {
+            counts = count_pairs({grid_.axis(0).low, grid_.axis(1).low},
+                                 {grid_.axis(0).high, grid_.axis(1).high}, ask, epsilons, n, seed);
+            return 0;
+        });
+        py::list rows;
+        for (const PairCount& c : counts)
+            rows.append(py::make_tuple(c.epsilon, c.uncertain, c.trials, c.unresolved));
+        py::dict d;
+        d["counts"] = rows;
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
+    /// The picture on squares that are split along the boundaries.
+    py::dict refine(const py::list& attractors, int coarse, int levels, int time_jump,
+                    double full_dimension, long long max_points, int audit, std::uint64_t seed) {
+        const BasinLabeller labeller = labeller_of(attractors);
+        const Rectangle box{{grid_.axis(0).low, grid_.axis(1).low},
+                            {grid_.axis(0).high, grid_.axis(1).high}};
+        const RefineSettings settings{.coarse = coarse,
+                                      .levels = levels,
+                                      .time_jump = time_jump,
+                                      .full_dimension = full_dimension,
+                                      .max_points = max_points,
+                                      .audit = audit,
+                                      .seed = seed};
+        const Refined r =
+            unlocked(py::none(), [&] { return filippov::refine(labeller, box, settings); });
+        std::vector<std::int32_t> squares, label, time;
+        for (const Leaf& leaf : r.leaves()) {
+            squares.insert(squares.end(), {leaf.level, leaf.i, leaf.j});
+            label.push_back(leaf.label.label);
+            time.push_back(leaf.label.time);
+        }
+        std::vector<long long> counts;
+        for (const LevelCount& c : r.counts)
+            counts.insert(counts.end(), {c.boundary, c.marked});
+        const auto n = py::ssize_t(label.size()), rounds = py::ssize_t(r.counts.size());
+        py::dict d;
+        d["squares"] = as_array(std::move(squares), {n, 3});
+        d["label"] = as_array(std::move(label), {n});
+        d["time"] = as_array(std::move(time), {n});
+        d["counts"] = as_array(std::move(counts), {rounds, 2});
+        d["trajectories"] = r.trajectories;
+        d["dimension"] = py::make_tuple(r.dimension.value, r.dimension.error, r.dimension.levels);
+        d["audit"] = py::make_tuple(r.audit.points, r.audit.wrong, r.audit.share, r.audit.bound);
+        d["status"] = std::string(name(r.status));
+        d["message"] = r.message;
+        d["raised"] = analysis_.signals.raised();
+        return d;
+    }
 
 private:
+    BasinLabeller labeller_of(const py::list& attractors) const {
+        return {*analysis_.system, lanes_in(lanes_), grid_, attractors_of(attractors), p_,
+                settings_};
+    }
     Eigen::Index dim() const { return analysis_.system->dim(); }
 
     const py::capsule lanes_; ///< kept alive
@@ -251,7 +328,57 @@ void bind_basins(py::module_& m) {
         .def("find", &Finder::find)
         .def("labels", &Finder::labels)
         .def("complete", &Finder::complete)
-        .def("points", &Finder::points);
+        .def("points", &Finder::points)
+        .def("pairs", &Finder::pairs)
+        .def("refine", &Finder::refine);
+
+    // Numbers of a picture's labels, shape (rows, columns).
+    m.def("grid_fractions", [](const Array<std::int32_t>& labels) {
+        return rows_of(grid_fractions(labels_of(labels)));
+    });
+    m.def("basin_entropy", [](const Array<std::int32_t>& labels, std::size_t box) {
+        const BasinEntropy e = basin_entropy(labels_of(labels), box);
+        return py::make_tuple(e.mean, e.mean_error, e.boundary, e.boundary_error, e.boxes,
+                              e.boundary_boxes, e.unresolved, e.passes_log2_test());
+    });
+    m.def("box_dimension",
+          [](const Array<std::int32_t>& labels, std::size_t smallest, std::size_t largest) {
+              const BoxDimension b = box_dimension(labels_of(labels), smallest, largest);
+              py::list counts;
+              for (const BoxCount& c : b.counts)
+                  counts.append(py::make_tuple(c.size, c.boxes));
+              return py::make_tuple(b.dimension, b.error, counts);
+          });
+    // Of independent points, rows (label, value, low, high, count).
+    m.def("sampled_fractions",
+          [](const Array<std::int32_t>& labels, double level, const std::vector<Label>& also) {
+              const std::vector<Label> all(labels.data(), labels.data() + labels.size());
+              return rows_of(sampled_fractions(all, level, also));
+          });
+    // Rows (epsilon, uncertain, trials, unresolved).
+    m.def("uncertainty_exponent",
+          [](const std::vector<std::tuple<double, long long, long long, long long>>& rows) {
+              std::vector<PairCount> counts;
+              for (const auto& [epsilon, uncertain, trials, unresolved] : rows)
+                  counts.push_back({epsilon, uncertain, trials, unresolved});
+              const UncertaintyExponent u = uncertainty_exponent(counts);
+              return py::make_tuple(u.alpha, u.error, u.dimension, u.log_factor, u.chi2, u.degrees,
+                                    u.probability, u.left_out);
+          });
+    // Ids of the attractors found, and the next one to be given.
+    m.def("match_attractors",
+          [](const std::vector<std::pair<Label, Doubles>>& known, const std::vector<Doubles>& found,
+             const Doubles& scale, double threshold, Label next_id) {
+              std::vector<KnownAttractor> before;
+              for (const auto& [id, points] : known)
+                  before.push_back({id, points_of(points)});
+              std::vector<AttractorPoints> now;
+              for (const Doubles& points : found)
+                  now.push_back(points_of(points));
+              const AttractorMatch match =
+                  match_attractors(before, now, vector_of(scale), threshold, next_id);
+              return py::make_tuple(match.ids, match.distances, match.next_id);
+          });
 }
 
 } // namespace filippov::python

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Basins on squares that are split along their boundaries only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._cells import Grid, Integers
+from ._check import integer, number
+from ._progress import ended
+from ._store import StoredFields
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+    from ._basins import Basins
+
+__all__ = ["Audit", "RefinedBasins"]
+
+
+@dataclass(frozen=True)
+class Audit:
+    """Random points in the squares without a neighbour of another label."""
+
+    points: int
+    wrong: int  #: of them, with another label than their square
+    share: float  #: of the picture's area that those squares have
+    bound: float  #: 95% upper bound of the wrong part of that area (Clopper and Pearson)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RefinedBasins(StoredFields):
+    """Result of `Basins.refine`: squares, of which each was labelled at its centre."""
+
+    squares: Integers  #: level, and place along both axes, shape (n, 3)
+    label: Integers  #: 1, 2, ... the attractor, 0 unresolved, -1 escaped, shape (n,)
+    time: Integers  #: number of the flash at which the centre had landed, -1: it did not
+    counts: NDArray[np.int64]  #: squares at the boundary, and marked ones, shape (levels + 1, 2)
+    trajectories: int  #: that were run, those of the audit not among them
+    dimension: float  #: of the boundary, from the growth of the counts
+    dimension_error: float  #: standard error
+    audit: Audit
+    status: str  #: "ok"; "not_converged" where the boundary fills the plane, "max_steps"
+    message: str
+    coarse: int  #: squares along either side on level 0
+    levels: int
+    grid: Grid  #: the rectangle, and the cells of the picture that it came from
+
+    _parts = (Audit, Grid)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells of the finest level, along both axes."""
+        n = self.coarse << self.levels
+        return (n, n)
+
+    def paint(self, cells: int | None = None, *, what: str = "label") -> Integers:
+        """Give the picture as an array.
+
+        Parameters
+        ----------
+        cells : int, optional
+            Along either side; by default those of the finest level.
+        what : str
+            "label" or "time".
+
+        Returns
+        -------
+        array, shape (cells, cells)
+            Of the square that holds each cell's centre; the first axis is the grid's first.
+        """
+        n = self.shape[0]
+        values = self.time if what == "time" else self.label
+        picture = np.zeros((n, n), dtype=np.int32)
+        for level in range(self.levels + 1):
+            here = self.squares[:, 0] == level
+            size = 1 << (self.levels - level)
+            first = (self.squares[here, 1:] * size).T
+            inside = np.arange(size)
+            rows = first[0][:, None, None] + inside[None, :, None]
+            columns = first[1][:, None, None] + inside[None, None, :]
+            picture[rows, columns] = values[here][:, None, None]
+        if cells is None or cells == n:
+            return picture
+        at = (2 * np.arange(integer("cells", cells)) + 1) * n // (2 * cells)
+        return picture[np.ix_(at, at)]
+
+    def plot(
+        self, ax: Axes | None = None, *, cells: int | None = None, **artist_kw: Any
+    ) -> list[Artist]:
+        """Draw the picture.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        cells : int, optional
+            As in `paint`.
+        **artist_kw
+            For the image.
+
+        Returns
+        -------
+        list of artists
+            The image.
+        """
+        from ._plot_basins import plot_labels
+
+        return plot_labels(self.grid, self.paint(cells), ax, artist_kw)
+
+    def __repr__(self) -> str:
+        n = self.shape[0]
+        return (
+            f"<RefinedBasins, {n} x {n} from {self.trajectories} trajectories "
+            f"({self.trajectories / n**2:.2%}); {self.audit.wrong} of {self.audit.points} audited "
+            f"wrong, at most {self.audit.bound:.2%} of the inside; {self.status}>"
+        )
+
+
+def refine(
+    basins: Basins,
+    coarse: int,
+    levels: int,
+    time_jump: int,
+    audit: int,
+    seed: int,
+    full_dimension: float,
+    max_points: int,
+) -> RefinedBasins:
+    """Label squares, see `Basins.refine`."""
+    coarse, levels = integer("coarse", coarse), integer("levels", levels, 0)
+    work, known = basins._labelling()
+    found = work.finder.refine(
+        known,
+        coarse,
+        levels,
+        integer("time_jump", time_jump, 0),
+        number("full_dimension", full_dimension, "expected a number > 0", above=0.0),
+        integer("max_points", max_points),
+        integer("audit", audit, 0),
+        integer("seed", seed, 0),
+    )
+    dimension, error, _ = found["dimension"]
+    result = RefinedBasins(
+        squares=found["squares"],
+        label=found["label"],
+        time=found["time"],
+        counts=found["counts"],
+        trajectories=found["trajectories"],
+        dimension=dimension,
+        dimension_error=error,
+        audit=Audit(*found["audit"]),
+        status=found["status"],
+        message=found["message"],
+        coarse=coarse,
+        levels=levels,
+        grid=basins.grid,
+    )
+    ended(found["raised"], refined=result)
+    return result
