@@ -7,6 +7,7 @@
 // compared with quadruple precision. Times are of the processor, but those of two threads.
 
 #include "measure.hpp"
+#include "pictures.hpp"
 #include "rivals/hand_loop.hpp"
 #include "rivals/reference_oscillator.hpp"
 
@@ -517,12 +518,16 @@ template <class Tableau> bool depends_on_cells_alone(const Scene& cells) {
 } // namespace
 
 int main(int argc, char** argv) {
-    int n = 100;
-    const auto options = bench::parse(argc, argv, "Image pass of a cell map", [&](CLI::App& app) {
+    int n = 100, side = 500;
+    const auto options = bench::parse(argc, argv, "Cell maps and basins", [&](CLI::App& app) {
         app.add_option("--cells", n, "cells along either coordinate")->check(CLI::Range(2, 2000));
+        app.add_option("--picture", side, "the same, of the picture of basins")
+            ->check(CLI::Range(2, 2000));
     });
-    if (options.quick)
+    if (options.quick) {
         n = std::min(n, 20);
+        side = std::min(side, 30);
+    }
     const Scene cells = cell_centres(n);
     const Reference reference = reference_of(cells);
     const double reference_error = error_of_reference();
@@ -558,9 +563,12 @@ int main(int argc, char** argv) {
     const double two = gain_of_two_threads(cells, options.turns);
     std::printf("\nwall time on one thread / on two (dop853, tolerance 1e-08): %.2f\n", two);
     results["gain_of_two_threads"] = two;
+    const bench::Pictures pictures = bench::pictures(side, options.quick ? 1 : 6, options.turns);
+    results["pictures"] = pictures.results;
+    right = right && pictures.same;
     bench::write_json(options, results);
     if (!right)
-        std::printf("a run is wrong: a status, an error beyond the tolerance, idle lanes, or bits "
-                    "that depend on lanes or threads\n");
+        std::printf("a run is wrong: a status, an error beyond the tolerance, idle lanes, bits "
+                    "that depend on lanes or threads, or two labels of a cell\n");
     return right ? 0 : 1;
 }
