@@ -3,8 +3,7 @@
 // map, refined by Newton's method and fenced in, other attractors as clouds of points, and saddles.
 #pragma once
 
-#include <filippov/picture.hpp>
-#include <filippov/strobe_cycle.hpp>
+#include <filippov/labels.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,21 +12,9 @@
 #include <optional>
 #include <random>
 #include <span>
-#include <unordered_set>
 #include <vector>
 
 namespace filippov {
-
-/// What trajectories end on.
-struct Attractor {
-    bool periodic = true;
-    StrobeCycle cycle{};         ///< if it is periodic
-    std::vector<Vector> cloud{}; ///< else points of it, one a forcing period
-    /// Ellipsoids around the points of a cycle that P^period is seen to map into themselves,
-    /// |v|^2 = v' S v in units of the picture: one S a point, one radius for all; 0: none found.
-    std::vector<Matrix> norms{};
-    double radius = 0;
-};
 
 /// What the strobe map leads to, or keeps apart.
 struct LimitSets {
@@ -53,35 +40,6 @@ inline Matrix contracting_norm(const Matrix& A, double r) {
     return S;
 }
 
-/// Boxes that a non-periodic attractor visits.
-class VisitedBoxes {
-public:
-    VisitedBoxes(const std::vector<Vector>& cloud, const Vector& unit) : unit_(unit) {
-        for (const Vector& x : cloud)
-            if (const auto k = key({x.data(), std::size_t(x.size())}))
-                visited_.insert(*k);
-    }
-    bool holds(std::span<const double> x) const {
-        const auto k = key(x);
-        return k && visited_.contains(*k);
-    }
-
-private:
-    static constexpr double boxes = 100; ///< along the width of the picture
-    std::optional<std::uint64_t> key(std::span<const double> x) const {
-        std::uint64_t k = 0xcbf29ce484222325u;
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            const double box = std::floor(x[i] / unit_[Eigen::Index(i)] * boxes);
-            if (!(std::abs(box) < 1e15))
-                return std::nullopt;
-            k = (k ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(box))) * 0x100000001b3u;
-        }
-        return k;
-    }
-    Vector unit_;
-    std::unordered_set<std::uint64_t> visited_; ///< hashes
-};
-
 /// Runs from random cells, from groups of the plain cell map and from given points settle; Newton's
 /// method makes cycles of their ends, and finds saddles; each stable cycle is fenced in.
 class AttractorFinder {
@@ -95,21 +53,21 @@ public:
     /// @param also  points that lie near attractors, when the strobe flashes
     LimitSets find(const CellMap& plain, const std::vector<Vector>& also) {
         const std::vector<CellGroup> groups = largest_groups(plain);
-        States points = seeds();
+        const States random = seeds();
+        const auto few = random.begin() + std::min<std::ptrdiff_t>(16, std::ssize(random));
+        States points(random.begin(), few);
         for (const CellGroup& g : groups)
             points.push_back(centre(g.cells.front()));
         for (const Vector& x : also)
             if (x.allFinite())
                 points.push_back(x);
-        Followed ends(picture_, points, settings_.settle, settings_.longest + 1);
-        picture_.run(points.size(), ends, settings_.run, sets_.state);
-        for (std::size_t k = 0; k < points.size() && !stopped(); ++k)
-            if (ends.status[k] == Status::ok)
-                add_end(ends.states[k]);
-        find_saddles(groups);
-        sort();
-        for (Attractor& a : sets_.attractors)
-            fence_in(a);
+        settle(points);
+        complete(groups);
+        // most of the others land soon on what is known; it is enough to settle the rest
+        const std::size_t known = sets_.attractors.size();
+        settle(not_landing({few, random.end()}));
+        if (sets_.attractors.size() > known)
+            complete(groups);
         return std::move(sets_);
     }
 
@@ -120,6 +78,29 @@ private:
     Vector centre(std::int32_t cell) const { return picture_.state(picture_.grid.centre(cell)); }
     static std::span<const double> view(const Vector& x) {
         return {x.data(), std::size_t(x.size())};
+    }
+    void settle(const States& points) {
+        Followed ends(picture_, points, settings_.settle, settings_.longest + 1);
+        picture_.run(points.size(), ends, settings_.run, sets_.state);
+        for (std::size_t k = 0; k < points.size() && !stopped(); ++k)
+            if (ends.status[k] == Status::ok)
+                add_end(ends.states[k]);
+    }
+    States not_landing(const States& points) {
+        const Landings landings(sets_.attractors, picture_.unit, 0, false);
+        const auto labels = label_points(picture_, points, landings, settings_.settle, sets_.state);
+        States left;
+        for (std::size_t k = 0; k < points.size(); ++k)
+            if (labels[k].label == 0)
+                left.push_back(points[k]);
+        return left;
+    }
+    /// Saddles, the order, and the fences, which depend on what else there is.
+    void complete(const std::vector<CellGroup>& groups) {
+        find_saddles(groups);
+        sort();
+        for (Attractor& a : sets_.attractors)
+            fence_in(a);
     }
     States seeds() const {
         std::mt19937_64 random(settings_.seed);
@@ -260,6 +241,8 @@ private:
     /// themselves: points on many shells in many directions must all come nearer. No other cycle,
     /// nor half the way to it, is inside.
     void fence_in(Attractor& a) {
+        a.norms.clear();
+        a.radius = 0;
         if (!a.periodic)
             return;
         const Matrix to = picture_.unit.asDiagonal(),

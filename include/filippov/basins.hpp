@@ -3,6 +3,7 @@
 // labelled by its own trajectory.
 #pragma once
 
+#include <filippov/attractors.hpp>
 #include <filippov/exit_lookup.hpp>
 
 #include <algorithm>
@@ -237,8 +238,8 @@ private:
               const std::vector<std::int32_t>& open, std::vector<detail::Progress> progress,
               const detail::Landings& landings, const detail::ExitLookup* exits,
               const std::vector<std::int32_t>& exit_label)
-            : Labelling(picture, landings, std::move(progress)), exit(open.size(), none),
-              images_(images), labels_(labels), open_(open), exits_(exits),
+            : Labelling(picture, landings, std::move(progress), picture.settings.periods),
+              exit(open.size(), none), images_(images), labels_(labels), open_(open), exits_(exits),
               exit_label_(exit_label) {
             ends_at_exit = exits != nullptr;
         }
@@ -372,7 +373,8 @@ private:
         const detail::Landings landings(attractors, picture_.unit, picture_.settings.distance,
                                         false);
         std::vector<std::int32_t> found;
-        for (const CellLabel& at : detail::label_points(picture_, exits().flashed, landings, state))
+        for (const CellLabel& at : detail::label_points(picture_, exits().flashed, landings,
+                                                        picture_.settings.periods, state))
             found.push_back(std::max(at.label, 0));
         return found;
     }
@@ -391,7 +393,7 @@ private:
             points.push_back(picture_.state(picture_.grid.centre(std::int32_t(cells.back()))));
         }
         const detail::Landings strict(basins.attractors, picture_.unit, s.distance, true);
-        const auto found = detail::label_points(picture_, points, strict, basins.state);
+        const auto found = detail::label_points(picture_, points, strict, s.periods, basins.state);
         if (basins.state != Status::ok)
             return;
         basins.audited = s.audit;

@@ -1,19 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Labels of points of a picture: the attractor that each comes to by its own trajectory.
+// Attractors, and labels of points of a picture: the one that each comes to by its own trajectory.
 #pragma once
 
-#include <filippov/attractors.hpp>
+#include <filippov/picture.hpp>
+#include <filippov/strobe_cycle.hpp>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <unordered_set>
 #include <vector>
 
 namespace filippov {
 
+/// What trajectories end on.
+struct Attractor {
+    bool periodic = true;
+    StrobeCycle cycle{};         ///< if it is periodic
+    std::vector<Vector> cloud{}; ///< else points of it, one a forcing period
+    /// Ellipsoids around the points of a cycle that P^period is seen to map into themselves,
+    /// |v|^2 = v' S v in units of the picture: one S a point, one radius for all; 0: none found.
+    std::vector<Matrix> norms{};
+    double radius = 0;
+};
+
 namespace detail {
+
+/// Boxes that a non-periodic attractor visits.
+class VisitedBoxes {
+public:
+    VisitedBoxes(const std::vector<Vector>& cloud, const Vector& unit) : unit_(unit) {
+        for (const Vector& x : cloud)
+            if (const auto k = key({x.data(), std::size_t(x.size())}))
+                visited_.insert(*k);
+    }
+    bool holds(std::span<const double> x) const {
+        const auto k = key(x);
+        return k && visited_.contains(*k);
+    }
+
+private:
+    static constexpr double boxes = 100; ///< along the width of the picture
+    std::optional<std::uint64_t> key(std::span<const double> x) const {
+        std::uint64_t k = 0xcbf29ce484222325u;
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const double box = std::floor(x[i] / unit_[Eigen::Index(i)] * boxes);
+            if (!(std::abs(box) < 1e15))
+                return std::nullopt;
+            k = (k ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(box))) * 0x100000001b3u;
+        }
+        return k;
+    }
+    Vector unit_;
+    std::unordered_set<std::uint64_t> visited_; ///< hashes
+};
 
 /// Where a trajectory stands that is followed to its attractor.
 struct Progress {
@@ -100,9 +144,10 @@ private:
 /// Follows points to their attractors.
 class Labelling : public Flashes {
 public:
-    Labelling(const Picture& picture, const Landings& landings, std::vector<Progress> progress)
-        : Flashes(picture), landings_(landings), most_(picture.settings.periods),
-          progress_(std::move(progress)) {}
+    /// @param most  forcing periods of one
+    Labelling(const Picture& picture, const Landings& landings, std::vector<Progress> progress,
+              int most)
+        : Flashes(picture), landings_(landings), most_(most), progress_(std::move(progress)) {}
 
     bool goes_on(std::size_t id, const OutcomeView& o) override {
         Progress& at = progress_[id];
@@ -138,8 +183,8 @@ public:
     /// @param open  indices of the points that are followed
     PointLabelling(const Picture& picture, const std::vector<Vector>& points,
                    const std::vector<std::size_t>& open, std::vector<Progress> progress,
-                   const Landings& landings, std::span<CellLabel> labels)
-        : Labelling(picture, landings, std::move(progress)), points_(points), open_(open),
+                   const Landings& landings, int most, std::span<CellLabel> labels)
+        : Labelling(picture, landings, std::move(progress), most), points_(points), open_(open),
           labels_(labels) {}
     void member(std::size_t id, MemberView& m) override { start(m, view(points_[open_[id]]), 1); }
 
@@ -157,10 +202,10 @@ private:
     std::span<CellLabel> labels_;
 };
 
-/// Follows points until they have landed.
+/// Follows points until they have landed, for so many forcing periods at most.
 inline std::vector<CellLabel> label_points(const Picture& picture,
                                            const std::vector<Vector>& points,
-                                           const Landings& landings, Status& state) {
+                                           const Landings& landings, int most, Status& state) {
     std::vector<CellLabel> labels(points.size());
     std::vector<std::size_t> open;
     std::vector<Progress> progress;
@@ -173,7 +218,7 @@ inline std::vector<CellLabel> label_points(const Picture& picture,
             progress.push_back(at);
         }
     }
-    PointLabelling run(picture, points, open, std::move(progress), landings, labels);
+    PointLabelling run(picture, points, open, std::move(progress), landings, most, labels);
     picture.run(open.size(), run, picture.settings.run, state);
     return labels;
 }
@@ -204,7 +249,8 @@ public:
         for (const auto& point : points)
             states.push_back(state(point));
         Status ended = Status::ok;
-        const auto found = detail::label_points(picture_, states, landings_, ended);
+        const auto found =
+            detail::label_points(picture_, states, landings_, picture_.settings.periods, ended);
         std::copy(found.begin(), found.end(), labels.begin());
         return ended == Status::ok;
     }
