@@ -73,6 +73,11 @@ FLOORS: list[list[str]] = [
         "attractors",
         "exit_lookup",
         "basins",
+        "brackets",
+        "contours",
+        "corners",
+        "boundary",
+        "unstable_set",
     ],
     # 7: top
     ["models/*", "filippov"],
