@@ -99,8 +99,9 @@ public:
     std::vector<std::vector<Vector>> states; ///< of each point, its own first
 
     Trails(const Picture& picture, const Landings& landings, const std::vector<Vector>& points)
-        : Labelling(picture, landings, std::vector<Progress>(points.size())), states(points.size()),
-          points_(points) {}
+        : Labelling(picture, landings, std::vector<Progress>(points.size()),
+                    picture.settings.periods),
+          states(points.size()), points_(points) {}
     void member(std::size_t id, MemberView& m) override {
         states[id].push_back(points_[id]);
         start(m, view(points_[id]), 1);
