@@ -22,12 +22,14 @@ from ._ensemble import (
     STATUS_NAMES,
     EnsembleWork,
     LaneStats,
+    RunSettings,
     counts,
     escape_bounds,
     run_identity,
     run_settings,
 )
 from ._lanes import instruction_set
+from ._maps import section_of
 from ._progress import Progress, ended, shown
 from ._status import Status
 from ._store import StoredFields
@@ -90,10 +92,10 @@ class Picture:
         return np.array(list(self.params.values()), dtype=np.float64)
 
     def starts(self, first: int, count: int) -> Floats:
-        """Centres of the cells in some rows, shape (cells, dim)."""
+        """States at the centres of the cells in some rows, and times, shape (cells, dim + 1)."""
         rows, columns = (self.grid.centres(axis) for axis in (0, 1))
         n = len(columns)
-        starts = np.tile(self.rest, (count * n, 1))
+        starts = np.tile([*self.rest, self.t0], (count * n, 1))
         starts[:, self.grid.coordinates[0]] = np.repeat(rows[first : first + count], n)
         starts[:, self.grid.coordinates[1]] = np.tile(columns, count)
         return starts
@@ -114,16 +116,19 @@ def picture_of(
     rest: Mapping[str, float] | None,
     t0: float,
     params: Mapping[str, float] | None,
+    section: bool = False,
 ) -> Picture:
     """Check what a picture is made of."""
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
-    if "period" not in sys.capabilities:
+    forced = "period" in sys.capabilities
+    if not forced and not section:
         refuse("sys", sys.name, "expected a System with a period")
-    expected = f"expected two of {', '.join(sys.state)}: {{name: (low, high, cells)}}"
+    components = (*sys.state, "t") if section and forced else sys.state
+    expected = f"expected two of {', '.join(components)}: {{name: (low, high, cells)}}"
     if not isinstance(grid, Mapping):
         refuse("grid", grid, expected, TypeError)
-    if len(grid) != 2 or not set(grid) <= set(sys.state):
+    if len(grid) != 2 or not set(grid) <= set(components):
         refuse("grid", dict(grid), expected)
     names: list[str] = []
     ends: list[tuple[float, float]] = []
@@ -144,15 +149,17 @@ def picture_of(
     values = sys._merged(params)
     found = Grid(
         names=(names[0], names[1]),
-        coordinates=(sys.state.index(names[0]), sys.state.index(names[1])),
+        coordinates=(components.index(names[0]), components.index(names[1])),
         low=(ends[0][0], ends[1][0]),
         high=(ends[0][1], ends[1][1]),
         shape=(shape[0], shape[1]),
     )
-    period = sys.period(params)
-    if period is None or not 0 < period < math.inf:
+    period = sys.period(params) if forced else math.nan
+    if forced and (period is None or not 0 < period < math.inf):
         refuse("params", dict(values), "expected a finite period > 0")
-    picture = Picture(found, state, number("t0", t0), values, period)
+    picture = Picture(found, state, number("t0", t0), values, float(period or math.nan))
+    if "t" in names:
+        return picture
     lines = _core.lines_on_surface(sys._model, found.axes, picture.table, state, picture.t0)
     warn_of_lines(lines, found)
     return picture
@@ -194,7 +201,8 @@ class CellMap(StoredFields):
     params: Params
     rest: Floats  #: state, of which two components are those of the grid
     t0: float
-    period: float  #: of the forcing
+    period: float  #: of the map; NaN between events, which take different times
+    section: str | None  #: the event to which cells were mapped, None: for a period
     settings: Settings
     instruction_set: str
     stats: LaneStats
@@ -203,7 +211,7 @@ class CellMap(StoredFields):
 
     @property
     def time(self) -> Floats:
-        """Time until the group, of each cell."""
+        """Time until the group, of each cell; NaN of a section map."""
         return np.asarray(self.steps * self.period, dtype=np.float64)
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
@@ -261,6 +269,9 @@ def cell_map(
     rest: Mapping[str, float] | None = None,
     t0: float = 0.0,
     periods: int = 1,
+    section: str | None = None,
+    after: int | None = None,
+    max_time: float | None = None,
     method: str = "dop853",
     rtol: float = 1e-8,
     atol: ArrayLike = 1e-10,
@@ -276,25 +287,35 @@ def cell_map(
 ) -> CellMap:
     """Map every cell of a grid to the cell that its centre reaches, and find where that leads.
 
-    Simple cell mapping of the strobe map. A cell moves by up to half its width before it is mapped:
-    groups can be spurious, one attractor can look like several, and cells near the edge can fall
-    outside falsely. `basins` labels cells by their own trajectories instead.
+    Simple cell mapping of the strobe map, or of a section. A cell moves by up to half its width
+    before it is mapped: groups can be spurious, one attractor can look like several, and cells near
+    the edge can fall outside falsely. `basins` labels cells by their own trajectories instead.
 
     Parameters
     ----------
     sys : System
-        With a period.
+        With a period, unless there is a `section`.
     grid : mapping
         Two components of the state: `{"y": (-4, 4, 500), "v": (-3, 4, 500)}`, low, high and the
-        number of cells. The first is the first axis of the arrays.
+        number of cells. The first is the first axis of the arrays. With a `section` of a forced
+        system one of them may be "t", the time, of which images are taken modulo the period.
     params : mapping, optional
         Parameter values by name that replace `sys.params`.
     rest : mapping, optional
-        Values of the other components of the state; 0 where nothing is said.
+        Values of the other components of the state; 0 where nothing is said. With a `section` the
+        place of the section: of images these components are not looked at.
     t0 : float
         Time at which cells are mapped.
     periods : int
-        Forcing periods of one map.
+        Forcing periods of one map; with a `section` events.
+    section : str, optional
+        "exit_sliding", "enter_sliding" or "cross": cells are mapped to the next such event, as by
+        `section_map`, instead of for a period. These runs are not made in lanes.
+    after : int, optional
+        Only events that lead to this mode: -1, 0 or +1.
+    max_time : float, optional
+        How long to wait for each event, as in `section_map`. A cell from which none comes in this
+        time leads outside.
     method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads, store
         As in `ensemble`, for every cell.
     tile : int, optional
@@ -323,30 +344,41 @@ def cell_map(
     -----
     Hsu and Guttalu, J. Appl. Mech. 47 (1980); chapter, section 4.7.
     """
-    picture = picture_of(sys, grid, rest, t0, params)
+    picture = picture_of(sys, grid, rest, t0, params, section is not None)
     periods = integer("periods", periods)
     run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)
     cells = picture.grid
-    shared = {
-        "params": picture.table[np.newaxis, :],
-        "t0": np.array([picture.t0]),
-        "t_end": np.array([picture.t0 + periods * picture.period]),
-    }
-    members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, instruction_set(), shared)
+    work: CellMapWork | SectionWork
+    if section is not None:
+        of, longest = section_of(sys, section, after, max_time, picture.period)
+        work = SectionWork(sys, picture, run, of, longest, periods, threads or 0)
+    else:
+        for name, given in (("after", after), ("max_time", max_time)):
+            if given is not None:
+                refuse(name, given, "expected a section with it")
+        shared = {
+            "params": picture.table[np.newaxis, :],
+            "t0": np.array([picture.t0]),
+            "t_end": np.array([picture.t0 + periods * picture.period]),
+        }
+        members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, instruction_set(), shared)
+        work = CellMapWork(members, picture)
     outputs: Arrays = {
         "image": np.full(cells.shape, -2, dtype=np.int32),
         "status": np.full(cells.shape, INTERRUPTED, dtype=np.int8),
     }
     stage = Stage(
         "cells",
-        CellMapWork(members, picture),
+        work,
         outputs,
         COUNTS,
         dims=dict.fromkeys(outputs, cells.names),
     )
     identity = picture.identity() | run_identity(sys, run, bounds) | {"periods": periods}
+    if section is not None:
+        identity |= {"section": section, "after": after, "max_time": longest}
     kept, tiling = open_store(store, "cell_map", identity, cells.shape[0], cells.shape[1], tile)
     with shown(progress, "cell") as show:
         columns, sums, raised = run_stage(stage, tiling, kept, show, cells.shape[1])
@@ -359,13 +391,55 @@ def cell_map(
         params=picture.params,
         rest=picture.rest,
         t0=picture.t0,
-        period=periods * picture.period,
+        period=math.nan if section is not None else periods * picture.period,
+        section=section,
         settings=run.settings,
         instruction_set=instruction_set(),
         stats=LaneStats.of(sums),
     )
     ended(raised, cell_map=result)
     return result
+
+
+@dataclass(frozen=True)
+class SectionWork:
+    """Maps cells to the next event of a kind, here or elsewhere."""
+
+    sys: System
+    picture: Picture
+    run: RunSettings
+    section: tuple[int, int]  #: kind of the events, and the mode that they lead to (2: any)
+    max_time: float
+    iterate: int
+    threads: int
+
+    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Map rows of cells to the cells of their images."""
+        del inputs
+        picture, dim = self.picture, self.sys.dim
+        starts = picture.starts(first, count)
+        columns = _core.section_images(
+            self.sys._model,
+            np.ascontiguousarray(starts[:, dim]),
+            np.ascontiguousarray(starts[:, :dim]),
+            picture.table,
+            self.run.settings.rtol,
+            min(self.run.settings.atol),
+            *self.section,
+            self.max_time,
+            self.iterate,
+            self.threads,
+            show,
+        )
+        t = columns["t"]
+        if "t" in picture.grid.names:
+            low = picture.grid.low[picture.grid.names.index("t")]
+            t = low + np.mod(t - low, picture.period)
+        at = np.column_stack([columns["x"], t])[:, list(picture.grid.coordinates)]
+        image = _core.cells_of(picture.grid.axes, np.ascontiguousarray(at))
+        image[columns["status"] != OK] = -2
+        image[columns["status"] == ESCAPED] = -1
+        return {**columns, "image": image} | dict.fromkeys(COUNTS, 0)
 
 
 @dataclass(frozen=True)
@@ -379,7 +453,7 @@ class CellMapWork:
         """Map rows of cells to the cells of their images."""
         del inputs
         picture = self.picture
-        starts = picture.starts(first, count)
+        starts = np.ascontiguousarray(picture.starts(first, count)[:, :-1])
         columns = dict(self.members(0, len(starts), {"x0": starts}, show))
         status = columns["status"]
         at = np.ascontiguousarray(columns["y"][:, list(picture.grid.coordinates)])

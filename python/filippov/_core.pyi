@@ -438,6 +438,20 @@ def centres(axes: _Axes) -> _Floats: ...
 def lines_on_surface(
     model: Model, axes: _Axes, p: _Floats, rest: _Floats, t0: float
 ) -> list[tuple[int, int, float]]: ...
+def section_images(
+    model: Model,
+    t0: _Floats,
+    x0: _Floats,
+    p: _Floats,
+    rtol: float,
+    atol: float,
+    kind: int,
+    after: int,
+    max_time: float,
+    iterate: int,
+    threads: int,
+    show: Callable[[int, int], object] | None,
+) -> dict[str, Any]: ...
 def cell_map(axes: _Axes, image: NDArray[np.int32]) -> dict[str, Any]: ...
 
 class BasinFinder:

@@ -156,19 +156,28 @@ def section_map(
         Within a fraction of a second of Ctrl-C.
     """
     one_surface(sys)
+    task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
+    period = sys.period(task.params)
+    of, longest = section_of(sys, section, after, max_time, period)
+    run = _core.section_map(*task.arguments(), *of, longest)
+    return task.result(run)
+
+
+def section_of(
+    sys: System, section: str, after: int | None, max_time: float | None, period: float | None
+) -> tuple[tuple[int, int], float]:
+    """Check a section: kind of the events, the mode that they lead to, and how long to wait."""
+    one_surface(sys)
     kind = KIND_NAMES.index(word("section", section, _SECTIONS))
     target = _ALL
     if after is not None:
         expected = "expected a mode, -1, 0 or +1, or None for all"
         target = one_of("after", after, (-1, 0, 1), expected)
-    task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
-    if max_time is None:
-        period = sys.period(task.params)
-        longest = 1000.0 if period is None else 50 * period
-    else:
+    if max_time is not None:
         longest = number("max_time", max_time, "expected a finite number > 0", above=0.0)
-    run = _core.section_map(*task.arguments(), kind, target, longest)
-    return task.result(run)
+    else:
+        longest = 50 * period if period is not None and period > 0 else 1000.0
+    return (kind, target), longest
 
 
 class _Task:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_cells.hpp"
 
+#include <filippov/maps.hpp>
+
 namespace filippov::python {
 
 namespace {
@@ -8,7 +10,60 @@ namespace {
 using Doubles = Array<double>;
 } // namespace
 
+namespace {
+
+/// States and times at the next event of a kind, from many starts.
+py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                        double rtol, double atol, int kind, int after, double max_time, int iterate,
+                        int threads, const py::object& show) {
+    const auto dim = py::ssize_t(model.facts().dim), n = x0.shape(0);
+    expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has dim columns");
+    expect(t0.size() == n, "t0 has one entry a start");
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> x(std::size_t(n * dim), nan), t(std::size_t(n), nan);
+    std::vector<signed char> status(std::size_t(n), static_cast<signed char>(Status::interrupted));
+    const SectionOf section{static_cast<EventKind>(kind), after};
+    const Vector params = vector_of(p);
+    SignalCheck signals;
+    Parallel how;
+    how.threads = threads;
+    how.total = std::size_t(n);
+    how.cancelled = [&signals] { return signals(); };
+    how.progress = progress(show, signals);
+    constexpr py::ssize_t block = 64;
+    const auto run = [&](std::size_t item, Worker& worker) {
+        // systems count what they do: one a block, none is shared
+        const auto system = model.analysis({.rtol = rtol, .atol = atol});
+        expect(system != nullptr, "the system has one surface");
+        const py::ssize_t first = py::ssize_t(item) * block;
+        for (py::ssize_t k = first; k < std::min(first + block, n) && !worker.stopped(); ++k) {
+            const Mapped m = section_map(*system, section, t0.data()[k],
+                                         Eigen::Map<const Vector>(x0.data() + k * dim, dim), params,
+                                         max_time, iterate);
+            status[std::size_t(k)] = static_cast<signed char>(m.status);
+            if (m.ok()) {
+                std::copy(m.x.begin(), m.x.end(), x.begin() + k * dim);
+                t[std::size_t(k)] = m.t;
+            }
+            worker.count();
+        }
+    };
+    {
+        const py::gil_scoped_release unlocked;
+        parallel_for(std::size_t((n + block - 1) / block), how, run);
+    }
+    py::dict d;
+    d["x"] = as_array(std::move(x), {n, dim});
+    d["t"] = as_array(std::move(t), {n});
+    d["status"] = as_array(std::move(status), {n});
+    d["raised"] = signals.raised();
+    return d;
+}
+
+} // namespace
+
 void bind_cells(py::module_& m) {
+    m.def("section_images", &section_images);
     // Cells that hold points, shape (k, 2); -1 outside, -2 for NaN.
     m.def("cells_of", [](const Axes& axes, const Doubles& points) {
         const CellGrid grid = grid_of(axes);
