@@ -283,6 +283,18 @@ TEST_CASE("corners: a rotated rectangle has four of a right angle", "[corners]")
     CHECK(length_of(contours.curves[0]) == Approx(1.8).margin(4e-3));
 }
 
+TEST_CASE("corners: brackets that stay wide are not fitted", "[corners]") {
+    // beside the corner, on one side, a wedge of nothing known hides where the boundary is
+    const auto wedge = [](double x, double y) {
+        const double off = y - 0.3 - std::abs(x - 0.47);
+        return x > 0.47 && std::abs(off) < 0.02 * (x - 0.47) ? 0 : off > 0 ? 1 : 2;
+    };
+    const auto [contours, corners] = trace_corners(wedge, 12);
+    CHECK(contours.work.stuck > 0);
+    for (const ContourCorner& c : corners) // none, or the true one
+        CHECK((c.at - PicturePoint(0.47, 0.3)).norm() <= 1e-9);
+}
+
 TEST_CASE("corners: are not looked for beyond an interruption", "[corners]") {
     const auto wedge =
         labels_of([](double x, double y) { return y > 0.3 + std::abs(x - 0.47) ? 1 : 2; });

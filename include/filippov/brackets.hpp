@@ -122,8 +122,10 @@ public:
         narrow(brackets, left);
         auto next = brackets.begin();
         for (Probe& p : probes)
-            if (p.found)
+            if (p.found) {
                 p.bracket = *next++;
+                p.found = p.bracket.width() <= width_; // else it is stuck
+            }
     }
 
 private:
