@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Basins of attraction. Figures 4.15 and 4.16 of the chapter.
 
-Two orbits attract, a saddle lies between. Every cell is labelled by its own trajectory; beside it
-is what plain cell mapping makes of the same cells: spurious groups, and cells that seem to leave.
+Two orbits attract, a saddle lies between: its stable set, with corners at the belt's velocity,
+bounds the basins. Every cell is labelled by its own trajectory; beside it is what plain cell
+mapping makes of the same cells: spurious groups, and cells that seem to leave.
 Usage: python 09_basins.py [picture.png] [cells]
 """
 
@@ -29,6 +30,15 @@ for label, share in basins.fractions.items():
 print(f"unresolved: {len(basins.unresolved)}; audited: {basins.audited}", end=", ")
 print(f"disagreements: {basins.disagreements}")
 
+boundary, unstable = fp.basin_boundary(block, basins), fp.unstable_set(block, basins)
+kinds = {kind for curve in boundary.curves for kind in curve.kind}
+print(f"\nboundary: {len(boundary.curves)} curves, of kind {', '.join(sorted(kinds))}")
+for corner in boundary.corners:
+    y, v = corner.position
+    print(f"  corner at ({y:.6f}, {v:.6f}), turn {corner.turn:+.4f} in the picture")
+for branch in unstable.branches:
+    print(f"unstable set: {branch.length:.4f} pictures to attractor {branch.attractor}")
+
 print("\nplain cell mapping: cells by true label")
 for row in basins.confusion:
     words = {-1: "outside", -2: "unknown"}.get(row.group, f"group {row.group}")
@@ -50,7 +60,9 @@ figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
 for ax, what in zip(axes, ("label", "plain", "time"), strict=True):
     basins.plot(ax, what=what)
     ax.set(xlabel="displacement y (m)", ylabel="velocity v (m/s)")
-axes[0].set_title("basins, by each cell's own trajectory")
+boundary.plot(axes[0])
+unstable.plot(axes[0])
+axes[0].set_title("basins, the saddle's stable set (black), unstable set (red)")
 axes[1].set_title(f"plain cell mapping: {len(basins.plain_groups)} groups; white: outside")
 axes[2].set_title("forcing periods until landed")
 picture = sys.argv[1] if len(sys.argv) > 1 else "09_basins.png"

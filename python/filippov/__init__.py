@@ -14,6 +14,15 @@ from ._basin_numbers import BasinEntropy, BoxDimension, Fraction, PairCount, Unc
 from ._basin_sweep import BasinSweep, follow_basins
 from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
 from ._bifurcation_set import BifurcationSet, bifurcation_set
+from ._boundary import (
+    BasinBoundary,
+    BoundaryCorner,
+    BoundaryCurve,
+    UnstableBranch,
+    UnstableSet,
+    basin_boundary,
+    unstable_set,
+)
 from ._branch import Branch, SpecialPoint, continuation
 from ._cells import CellGroup, CellMap, Grid, cell_map
 from ._config import get_include, show_config
@@ -38,10 +47,13 @@ from ._trajectory import Piece, Settings, Solution, Stats, Trajectory
 __all__ = [
     "Attractor",
     "Audit",
+    "BasinBoundary",
     "BasinEntropy",
     "BasinSweep",
     "Basins",
     "BifurcationSet",
+    "BoundaryCorner",
+    "BoundaryCurve",
     "BoxDimension",
     "Branch",
     "CellGroup",
@@ -77,7 +89,10 @@ __all__ = [
     "Tangency",
     "Trajectory",
     "UncertaintyExponent",
+    "UnstableBranch",
+    "UnstableSet",
     "__version__",
+    "basin_boundary",
     "basins",
     "bifurcation_diagram",
     "bifurcation_set",
@@ -100,4 +115,5 @@ __all__ = [
     "sliding_region",
     "strobe_map",
     "tangencies",
+    "unstable_set",
 ]

@@ -454,7 +454,9 @@ def section_images(
 ) -> dict[str, Any]: ...
 def cell_map(axes: _Axes, image: NDArray[np.int32]) -> dict[str, Any]: ...
 
-class BasinFinder:
+class Picture: ...
+
+class BasinFinder(Picture):
     def __init__(
         self,
         model: Model,
@@ -505,6 +507,30 @@ class BasinFinder:
         seed: int,
     ) -> dict[str, Any]: ...
 
+def basin_boundary(
+    picture: Picture,
+    attractors: list[dict[str, Any]],
+    saddles: list[dict[str, Any]],
+    label: NDArray[np.int32],
+    distance: float,
+    width: float,
+    turn: float,
+    near: float,
+    max_labels: int,
+    show: Callable[[int, int], object] | None,
+) -> dict[str, Any]: ...
+def unstable_set(
+    picture: Picture,
+    attractors: list[dict[str, Any]],
+    saddles: list[dict[str, Any]],
+    point: int,
+    gap: float,
+    distance: float,
+    near: float,
+    length: float,
+    generations: int,
+    max_points: int,
+) -> dict[str, Any]: ...
 def grid_fractions(labels: NDArray[np.int32]) -> list[tuple[Any, ...]]: ...
 def sampled_fractions(
     labels: NDArray[np.int32], level: float, also: list[int]

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "bind_cells.hpp"
+#include "bind_basins.hpp"
 
 #include <filippov/basin_numbers.hpp>
-#include <filippov/basins.hpp>
 #include <filippov/refine.hpp>
 
 namespace filippov::python {
@@ -13,32 +12,11 @@ using Doubles = Array<double>;
 
 // --- limit sets, as dictionaries that can be stored and sent -------------------------------------
 
-py::array_t<double> rows(const std::vector<Vector>& points, Eigen::Index dim) {
-    std::vector<double> all;
-    for (const Vector& x : points)
-        all.insert(all.end(), x.begin(), x.end());
-    return as_array(std::move(all), {py::ssize_t(points.size()), dim});
-}
-std::vector<Vector> points_of(const Doubles& rows) {
-    expect(rows.ndim() == 2, "points have two axes");
-    std::vector<Vector> points;
-    for (py::ssize_t k = 0; k < rows.shape(0); ++k)
-        points.push_back(Eigen::Map<const Vector>(rows.data(k, 0), rows.shape(1)));
-    return points;
-}
 py::array_t<double> stacked(const std::vector<Matrix>& matrices, Eigen::Index dim) {
     std::vector<double> all;
     for (const Matrix& m : matrices) // of symmetric ones the order does not matter
         all.insert(all.end(), m.data(), m.data() + m.size());
     return as_array(std::move(all), {py::ssize_t(matrices.size()), dim, dim});
-}
-std::vector<Matrix> matrices_of(const Doubles& stack) {
-    expect(stack.ndim() == 3 && stack.shape(1) == stack.shape(2), "matrices have three axes");
-    std::vector<Matrix> matrices;
-    for (py::ssize_t k = 0; k < stack.shape(0); ++k)
-        matrices.push_back(
-            Eigen::Map<const Matrix>(stack.data(k, 0, 0), stack.shape(1), stack.shape(2)));
-    return matrices;
 }
 py::dict to_dict(const StrobeCycle& c, Eigen::Index dim) {
     py::dict d;
@@ -56,21 +34,6 @@ py::dict to_dict(const Attractor& a, Eigen::Index dim) {
         d["points"] = rows(a.cloud, dim);
     return d;
 }
-/// What labels are told of attractors: not their multipliers.
-std::vector<Attractor> attractors_of(const py::list& list) {
-    std::vector<Attractor> attractors;
-    for (const py::handle item : list) {
-        const auto d = py::reinterpret_borrow<py::dict>(item);
-        Attractor a;
-        a.periodic = d["periodic"].cast<bool>();
-        a.radius = d["radius"].cast<double>();
-        a.norms = matrices_of(d["norms"].cast<Doubles>());
-        (a.periodic ? a.cycle.points : a.cloud) = points_of(d["points"].cast<Doubles>());
-        attractors.push_back(std::move(a));
-    }
-    return attractors;
-}
-
 std::vector<signed char> bytes(const std::vector<Status>& status) {
     std::vector<signed char> all;
     for (const Status s : status)
@@ -97,49 +60,16 @@ py::list rows_of(const std::vector<Fraction>& fractions) {
 
 /// A BasinFinder whose parts are called one by one. What a call raised, or a signal, ends all later
 /// calls too.
-class Finder {
-    template <class F> auto unlocked(const py::object& show, const F& f) {
-        show_ = progress(show, analysis_.signals);
-        if (!show_)
-            show_ = [](std::size_t, std::size_t) {};
-        const py::gil_scoped_release free;
-        return f();
-    }
-
+class Finder : public PictureOf {
 public:
-    Finder(const Model& model, py::capsule lanes, const Axes& axes, const Doubles& p,
-           const Doubles& rest, double t0, int seeds, int settle, int longest, int newtons,
-           int periods, double distance, bool times, int audit, std::uint64_t seed,
-           const std::vector<double>& escape, bool eighth_order, double rtol, const Doubles& atol,
-           double max_step, long long max_steps, long long max_events, int on_nonunique,
-           int threads)
-        : lanes_(std::move(lanes)),
-          analysis_(model, {.rtol = std::min(rtol, 1e-12), .atol = 1e-13}), grid_(grid_of(axes)),
-          p_(vector_of(p)) {
-        BasinSettings& s = settings_;
-        s.run = ensemble_settings(eighth_order, rtol, atol, max_step, 0, max_steps, max_events,
-                                  on_nonunique);
-        s.t0 = t0;
-        s.rest = vector_of(rest);
-        s.seeds = seeds;
-        s.settle = settle;
-        s.longest = longest;
-        s.newtons = newtons;
-        s.periods = periods;
-        s.distance = distance;
-        s.times = times;
-        s.audit = audit;
-        s.seed = seed;
-        s.escape = escape;
-        s.parallel.threads = threads;
-        s.parallel.cancelled = [this] { return analysis_.signals(); };
-        s.parallel.progress = [this](std::size_t done, std::size_t total) { show_(done, total); };
-        finder_.emplace(*analysis_.system, lanes_in(lanes_), grid_, p_, s);
-    }
+    template <class... Args>
+    explicit Finder(Args&&... args)
+        : PictureOf(std::forward<Args>(args)...),
+          finder_(*analysis_.system, lanes_in(lanes_), grid_, p_, settings_) {}
 
     py::dict images(std::int32_t first, std::int32_t count, const py::object& show) {
         MappedCells images =
-            unlocked(show, [&] { return finder_->images({.first = first, .count = count}); });
+            unlocked(show, [&] { return finder_.images({.first = first, .count = count}); });
         py::dict d;
         d["image"] = as_array(std::move(images.cell), {count});
         d["state"] = as_array(std::move(images.states), {count, dim()});
@@ -153,7 +83,7 @@ public:
         CellMap plain;
         const LimitSets sets = unlocked(py::none(), [&] {
             plain = cell_map(grid_, view(image));
-            return finder_->find(plain);
+            return finder_.find(plain);
         });
         py::list attractors, saddles;
         for (const Attractor& a : sets.attractors)
@@ -176,7 +106,7 @@ public:
         images.states = copy(state);
         images.status = statuses(status);
         CellLabels labels =
-            unlocked(show, [&] { return finder_->labels(known, {first, count}, images); });
+            unlocked(show, [&] { return finder_.labels(known, {first, count}, images); });
         labels.time.resize(std::size_t(count), -1);
         py::dict d;
         d["label"] = as_array(std::move(labels.label), {count});
@@ -197,7 +127,7 @@ public:
         b.label = copy(label);
         unlocked(py::none(), [&] {
             b.plain = cell_map(grid_, view(image));
-            finder_->complete(b);
+            finder_.complete(b);
             return 0;
         });
         py::list confusion;
@@ -304,21 +234,15 @@ private:
         return {*analysis_.system, lanes_in(lanes_), grid_, attractors_of(attractors), p_,
                 settings_};
     }
-    Eigen::Index dim() const { return analysis_.system->dim(); }
 
-    const py::capsule lanes_; ///< kept alive
-    Analysis analysis_;
-    const CellGrid grid_;
-    const Vector p_;
-    BasinSettings settings_;
-    std::function<void(std::size_t, std::size_t)> show_;
-    std::optional<BasinFinder> finder_;
+    BasinFinder finder_;
 };
 
 } // namespace
 
 void bind_basins(py::module_& m) {
-    py::class_<Finder>(m, "BasinFinder")
+    py::class_<PictureOf>(m, "Picture"); // what other functions of basins take
+    py::class_<Finder, PictureOf>(m, "BasinFinder")
         .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&, const Doubles&,
                       double, int, int, int, int, int, double, bool, int, std::uint64_t,
                       const std::vector<double>&, bool, double, const Doubles&, double, long long,
@@ -331,6 +255,8 @@ void bind_basins(py::module_& m) {
         .def("points", &Finder::points)
         .def("pairs", &Finder::pairs)
         .def("refine", &Finder::refine);
+
+    bind_boundary(m);
 
     // Numbers of a picture's labels, shape (rows, columns).
     m.def("grid_fractions", [](const Array<std::int32_t>& labels) {
