@@ -432,7 +432,7 @@ TEST_CASE("unstable_set: the oscillator's unstable set is invariant and ends at 
 }
 
 TEST_CASE("boundary: work on basins is interrupted, limited and refused", "[boundary]") {
-    const Scene& scene = block_scene();
+    const Scene& scene = slow ? smooth_scene() : block_scene();
     const StrobeCycle& saddle = scene.basins.saddles[0];
     BasinSettings settings = scene.settings;
     settings.parallel.cancelled = [] { return true; };
