@@ -85,12 +85,10 @@ private:
 
     /// The numbers of a member that its lane computes with.
     enum Field : std::size_t {
-        time,     ///< since the period began; since ever without one
-        carry,    ///< what rounding cut off it
-        index,    ///< of the period
-        end_time, ///< of the run, or of its leg
-        end_index,
-        left,        ///< time to there
+        time,        ///< since the period began; since ever without one
+        carry,       ///< what rounding cut off it
+        index,       ///< of the period
+        left,        ///< time to the end of the run, or of its leg
         proposal,    ///< of the next step
         reach,       ///< where the next step should end at the latest; in a slide: of its end
         trial,       ///< the step in doubt; the next window of a slide
@@ -101,7 +99,10 @@ private:
         tries,       ///< steps
         state,
         field = state + N, ///< there
-        n_moved = field + N,
+        n_changed = field + N,
+        end_time = n_changed, ///< of the run, or of its leg
+        end_index,
+        n_moved,
         period_length = n_moved, ///< 0: none
         longest_step,
         param,
@@ -164,10 +165,22 @@ private:
         g.slot[std::size_t(l)] = slot;
         g.active |= 1u << l;
     }
+    /// The same for all lanes, from the end of a list.
+    void load_all(Group& g, std::vector<int>& list, std::size_t n) {
+        std::array<const double*, W> from;
+        for (std::size_t l = 0; l < W; ++l) {
+            g.slot[l] = list.back();
+            from[l] = slots_[std::size_t(list.back())].v.data();
+            list.pop_back();
+        }
+        for (std::size_t f = 0; f < n; ++f)
+            g.v[f] = T::of([&](int l) { return from[std::size_t(l)][f]; });
+        g.active = all_lanes;
+    }
     /// Takes the member out of its lane.
     int unload(Group& g, int l) {
         Slot& to = slot_of(g, l);
-        for (std::size_t f = 0; f < n_moved; ++f)
+        for (std::size_t f = 0; f < n_changed; ++f)
             to.v[f] = g.v[f][l];
         g.active &= ~(1u << l);
         return g.slot[std::size_t(l)];
@@ -179,6 +192,8 @@ private:
         auto& list = lists_[task];
         const std::size_t n =
             population_.same_params ? std::size_t(n_moved) : std::size_t(n_fields);
+        if (g.active == 0 && list.size() >= std::size_t(W))
+            return load_all(g, list, n);
         for (unsigned idle = all_lanes & ~g.active; idle != 0 && !list.empty(); idle &= idle - 1) {
             load(g, std::countr_zero(idle), list.back(), n);
             list.pop_back();
@@ -241,21 +256,24 @@ private:
     void take_new_members() {
         for (; !free_.empty() && next_ < end_; ++next_) {
             const Member<N, P> member = population_.member(next_);
-            if (!std::isfinite(duration(member, period(sys_, member.p)))) {
+            const int s = free_.back();
+            Slot& slot = slots_[std::size_t(s)];
+            if (!begin_slot(slot, next_, member)) {
                 population_.take(next_, not_begun(member));
                 worker_.count();
                 continue;
             }
-            const int s = free_.back();
             free_.pop_back();
-            begin_slot(slots_[std::size_t(s)], next_, member);
-            if (slots_[std::size_t(s)].v[left] >= 0)
+            if (slot.v[left] >= 0)
                 lists_[start].push_back(s);
             else
                 hand_over(s); // lanes run forwards
         }
     }
-    void begin_slot(Slot& slot, std::size_t id, const Member<N, P>& member) const {
+    /// False of a member whose times say nothing.
+    bool begin_slot(Slot& slot, std::size_t id, const Member<N, P>& member) const {
+        if (!std::isfinite(member.t_end - member.t0))
+            return false;
         slot = {};
         slot.id = id;
         slot.mode = slot.before = none;
@@ -273,6 +291,7 @@ private:
             slot.v[state + i] = member.x[Eigen::Index(i)];
         for (std::size_t i = 0; i < P; ++i)
             slot.v[param + i] = member.p[Eigen::Index(i)];
+        return std::isfinite(slot.v[left]);
     }
 
     // --- pieces of a step ----------------------------------------------------------------------

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #if defined(__GNUC__) && defined(__x86_64__)
 #include <immintrin.h>
@@ -342,6 +343,16 @@ template <int W> struct Lanes {
     FILIPPOV_INLINE Lanes(double everywhere) {
         for (int k = 0; k < Layout::n; ++k)
             v.part[k] = everywhere - typename Register::Value{};
+    }
+
+    /// value(l) in lane l.
+    template <class F> FILIPPOV_INLINE static Lanes of(const F& value) {
+        Lanes r;
+        for (int k = 0; k < Layout::n; ++k)
+            r.v.part[k] = [&]<int... L>(std::integer_sequence<int, L...>) FILIPPOV_LAMBDA_INLINE {
+                return typename Register::Value{value(k * Layout::each + L)...};
+            }(std::make_integer_sequence<int, Layout::each>{});
+        return r;
     }
 
     double operator[](int l) const {
