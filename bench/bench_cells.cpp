@@ -416,7 +416,7 @@ public:
         c.window = (ns_[long_slide] - ns_[short_slide]) /
                    double(done_[long_slide].windows - done_[short_slide].windows);
         c.start = beyond(at_once, c) / cells_.n();
-        c.event = beyond(crossing, c) / double(done_[crossing].searches);
+        c.event = beyond(crossing, c) / double(done_[crossing].landings);
         c.exit = beyond(leaving, c) / cells_.n();
         return c;
     }
@@ -445,7 +445,7 @@ private:
     /// Time of a scene without what is known.
     double beyond(std::size_t k, const Costs& c) const {
         return ns_[k] - cells_.n() * c.start - double(done_[k].steps) * c.step -
-               double(done_[k].searches) * c.event - double(done_[k].windows) * c.window;
+               double(done_[k].landings) * c.event - double(done_[k].windows) * c.window;
     }
 
     const Scene& cells_;
@@ -481,7 +481,7 @@ nlohmann::json explain(const Row& row, const Scene& cells, const Reference& refe
     const Costs c = CostsOf<Tableau>(cells, row.tolerance, turns).measure();
     const double known = part("starts and ends", 1, c.start) +
                          part("steps", row.a_cell(row.done.steps), c.step) +
-                         part("events", row.a_cell(row.done.searches), c.event) +
+                         part("events", row.a_cell(row.done.landings), c.event) +
                          part("windows of slides", row.a_cell(row.done.windows), c.window) +
                          part("ends of slides", reference.exits, c.exit);
     part("rest", 1, total - known);

@@ -6,6 +6,7 @@
 #include <filippov/dormand_prince8.hpp>
 #include <filippov/guards.hpp>
 #include <filippov/landing.hpp>
+#include <filippov/lane_guards.hpp>
 
 #include <cmath>
 #include <limits>
@@ -68,6 +69,28 @@ TEMPLATE_TEST_CASE("guards: a parabola that dips to zero is never overlooked", "
     auto unknown = track<TestType>(high);
     unknown.sense = 0;
     CHECK(unknown.template doubtful<TestType>(false));
+}
+
+TEMPLATE_TEST_CASE("guards, in lanes: a fall goes down from probe to probe, and not from a root",
+                   "[guards]", Stages<DormandPrince5>, Stages<DormandPrince8>) {
+    using T = Lanes<4>;
+    const auto falls = [](auto f, double order = 0) {
+        lanes::Probed<TestType, 4> guard{T(f(0.0)), T(order), {}};
+        for (std::size_t k = 1; k <= TestType::n; ++k)
+            guard.probe[k] = f(TestType::theta(k));
+        return guard.falls().word();
+    };
+    CHECK(falls([](double u) { return 0.8 - u; }) == 0b1111u);
+    CHECK(falls([](double u) { return 0.8 - u; }, 1) == 0u);
+    CHECK(falls([](double u) { return u - 0.5; }) == 0u);
+    // down, up again and through: two roots more than a fall has
+    CHECK(falls([](double u) { return 0.5 - u + 0.4 * std::sin(7 * u); }) == 0u);
+    lanes::Probed<TestType, 4> one{T(1), T(0), {}};
+    for (std::size_t k = 1; k <= TestType::n; ++k) {
+        one.probe[k] = 1 - 2 * TestType::theta(k);
+        one.probe[k].set(2, 1.0 + TestType::theta(k));
+    }
+    CHECK(one.falls().word() == 0b1011u);
 }
 
 TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guards]") {

@@ -3,7 +3,8 @@
 // and parameters.
 //
 // Members wait in lists by what is to be done with them next: a start, a step in slip below or
-// above the surface, an event in such a step, a window of a slide. A list is worked off in full
+// above the surface, the end of one that falls through it, an event in such a step, a window of a
+// slide. A list is worked off in full
 // registers, so that no lane waits for another: one that is done is refilled from the list, and
 // goes on to the list of its next task. What a lane computes depends on its own member alone.
 // Whatever is not plain (a touch, a tangency, a point where the solution is not unique, a field
@@ -74,6 +75,8 @@ private:
         start,
         slip_below,
         slip_above,
+        fall_below, ///< at the end of a step that falls through the surface
+        fall_above,
         event_below, ///< of a step in doubt
         event_above,
         slide,
@@ -81,6 +84,7 @@ private:
         n_tasks
     };
     static constexpr Task slip_task(int side) { return side < 0 ? slip_below : slip_above; }
+    static constexpr Task fall_task(int side) { return side < 0 ? fall_below : fall_above; }
     static constexpr Task event_task(int side) { return side < 0 ? event_below : event_above; }
 
     /// The numbers of a member that its lane computes with.
@@ -103,7 +107,10 @@ private:
         end_time = n_changed, ///< of the run, or of its leg
         end_index,
         n_moved,
-        period_length = n_moved, ///< 0: none
+        fall_end = n_moved, ///< the guard at the end of a step that falls through the surface, ...
+        fall_slope,         ///< ... and its derivative there
+        n_of_fall,
+        period_length = n_of_fall, ///< 0: none
         longest_step,
         param,
         n_fields = param + P,
@@ -190,8 +197,9 @@ private:
     /// Fills lanes without a member from a list.
     void fill(Group& g, Task task) {
         auto& list = lists_[task];
-        const std::size_t n =
-            population_.same_params ? std::size_t(n_moved) : std::size_t(n_fields);
+        const std::size_t n = !population_.same_params                   ? n_fields
+                              : task == fall_below || task == fall_above ? n_of_fall
+                                                                         : n_moved;
         if (g.active == 0 && list.size() >= std::size_t(W))
             return load_all(g, list, n);
         for (unsigned idle = all_lanes & ~g.active; idle != 0 && !list.empty(); idle &= idle - 1) {
@@ -240,6 +248,10 @@ private:
             return step<-1>(g);
         case slip_above:
             return step<+1>(g);
+        case fall_below:
+            return fall<-1>(g);
+        case fall_above:
+            return fall<+1>(g);
         case event_below:
             return meet<-1>(g);
         case event_above:
@@ -416,17 +428,46 @@ private:
         const Mask stuck = ~accepted & (proposed < resolution(t));
         const Mask gone = taken & beyond_bounds(x1);
         const Mask ended = taken & last & ~gone, spent = g[tries] >= T(double(settings_.max_steps));
-        if (const unsigned leaving = (doubt | gone | ended | stuck | spent).word() & g.active)
-            each_lane(leaving, [&](int l) {
-                if (doubt[l])
-                    leave(g, l, event_task(Side));
-                else if (gone[l])
-                    finish(unload(g, l), Status::escaped);
-                else if (ended[l])
-                    end_leg(unload(g, l));
-                else
-                    hand_over(unload(g, l));
-            });
+        const unsigned leaving = (doubt | gone | ended | stuck | spent).word() & g.active;
+        if (leaving == 0)
+            return;
+        const Fall falls = falls_through<Side>(g, rk, guard, dt, x1, p);
+        const Mask falling = doubt & falls.plain;
+        each_lane(leaving, [&](int l) {
+            if (falling[l])
+                leave_falling(g, l, fall_task(Side), falls);
+            else if (doubt[l])
+                leave(g, l, event_task(Side));
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
+            else if (ended[l])
+                end_leg(unload(g, l));
+            else
+                hand_over(unload(g, l));
+        });
+    }
+    /// The end of a step that falls through the surface, as the fields of a member have it.
+    struct Fall {
+        Mask plain; ///< it does, once and all the way
+        T end, slope;
+    };
+    /// Plain are falls from stage to stage, with slopes at both ends that lead down.
+    template <int Side, class Guard>
+    FILIPPOV_INLINE Fall falls_through(const Group& g, const Rk& rk, const Guard& guard,
+                                       const T& dt, const X& x1, const Q& p) const {
+        const T end = g[time] + dt;
+        Fall f;
+        f.end = guard.end();
+        f.slope = T(Side) * normal_component(sys_, 0, end, x1, p, rk.k[Rk::last]);
+        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        f.plain = guard.falls() & (slope0 < T(0)) & (f.slope < T(0)) & (f.end < T(0));
+        return f;
+    }
+    void leave_falling(Group& g, int l, Task next, const Fall& falls) {
+        Slot& slot = slot_of(g, l);
+        slot.v[fall_end] = falls.end[l];
+        slot.v[fall_slope] = falls.slope[l];
+        leave(g, l, next);
     }
     Mask beyond_bounds(const X& x) const {
         Mask out(false);
@@ -442,6 +483,43 @@ private:
     }
 
     // --- events --------------------------------------------------------------------------------
+
+    /// A step that falls through the surface: its end is sought at once. Where that is not found as
+    /// plainly, it is looked along like any other step in doubt.
+    template <int Side> FILIPPOV_FLATTEN void fall(Group& g) {
+        const Q p = g.p();
+        Rk rk;
+        rk.k[0] = g.k0();
+        const auto rhs = [&](std::size_t, const T& tau, const X& y)
+                             FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
+        Landing at{g.x(), g.k0(), g[trial]};
+        const Mask landed = land(g, rk, rhs, foreseen<Side>(g, p), Mask(true), at);
+        const Contact contact = judge<Side>(g, p, at, landed);
+        const Mask met = landed & contact.plain;
+        advance(g, at.dt, met);
+        take_up(g, contact, met);
+        each_lane(g.active, [&](int l) {
+            if (met[l])
+                enter(g, l, Side, contact);
+            else
+                leave(g, l, event_task(Side));
+        });
+    }
+    /// When a falling guard is zero, by Newton on the cubic through its ends.
+    template <int Side> T foreseen(const Group& g, const Q& p) const {
+        const T dt = g[trial], h0 = g[start_value], rise = g[fall_end] - h0;
+        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        const T bend = fused(dt, slope0, -rise), tilt = fused(-dt, g[fall_slope], rise) - bend;
+        T u = h0 / -rise;
+        for (int k = 0; k < 3; ++k) {
+            // h(u) = h0 + u (rise + (1 - u) (bend + u tilt))
+            const T v = T(1) - u, inner = fused(u, tilt, bend);
+            const T value = fused(u, fused(v, inner, rise), h0);
+            const T slope = fused(u * v, tilt, fused(v - u, inner, rise));
+            u = min(max(u - value / slope, T(0)), T(1));
+        }
+        return u * dt;
+    }
 
     /// A step in doubt: taken again, looked along, and ended at the event if there is one.
     template <int Side> FILIPPOV_FLATTEN void meet(Group& g) {

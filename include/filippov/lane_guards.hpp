@@ -55,19 +55,34 @@ template <class Times, int W> struct Probed {
         return select(comes, max(T(2.4) * end() * dt / denominator, least), infinity<W>());
     }
 
+    /// Where it falls from probe to probe, and there was no root at the start.
+    FILIPPOV_INLINE LaneMask<W> falls() const {
+        using T = Lanes<W>;
+        return (order == T(0)) & (changes().fall >= T(0));
+    }
+
 private:
     FILIPPOV_INLINE LaneMask<W> monotone() const {
+        const Changes c = changes();
+        return (c.rise >= Lanes<W>(0)) | (c.fall >= Lanes<W>(0));
+    }
+    /// The least rise and the least fall from one probe to the next.
+    struct Changes {
+        Lanes<W> rise, fall;
+    };
+    FILIPPOV_INLINE Changes changes() const {
         using T = Lanes<W>;
-        T rise = infinity<W>(), fall = rise, previous = start;
+        Changes least{infinity<W>(), infinity<W>()};
+        T previous = start;
         for (const std::size_t k : Times::in_time) {
             if (k != Times::n && Times::theta(k) == 1.0)
                 continue; // an earlier, cruder stage at the end
             const T change = probe[k] - previous;
-            rise = min(rise, change);
-            fall = min(fall, -change);
+            least.rise = min(least.rise, change);
+            least.fall = min(least.fall, -change);
             previous = probe[k];
         }
-        return (rise >= T(0)) | (fall >= T(0));
+        return least;
     }
     /// The first test without the root at the start. The first stages of a method are too crude to
     /// tell more than a slope: a double root is judged by the later ones.

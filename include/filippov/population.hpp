@@ -48,7 +48,7 @@ struct LaneCounters {
     long long trips = 0;       ///< of all loops: each computes a step or a window in every lane
     long long useful = 0;      ///< lanes in them that had a member
     long long steps = 0;       ///< trial steps in slip that lanes took
-    long long searches = 0;    ///< steps in doubt, taken again
+    long long searches = 0;    ///< steps in doubt, taken again to look for events
     long long landings = 0;    ///< steps taken to land on events
     long long windows = 0;     ///< of slides
     long long handed_over = 0; ///< stretches that the scalar engine ran
