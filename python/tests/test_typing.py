@@ -40,6 +40,14 @@ box = {"y": (-9.0, 9.0), "v": (0.0, 2.0)}
 edges: list[fp.Tangency] = fp.tangencies(fp.models.oscillator, bounds=box)
 curve: fp.SlidingBoundary = fp.sliding_boundaries(fp.models.oscillator, bounds=box)[0]
 rest: fp.Equilibrium = fp.equilibria(fp.models.oscillator, bounds=box, params={"A": 0.0})[0]
+basins: fp.Basins = fp.basins(
+    fp.models.oscillator, {"y": (-1, 1, 3), "v": (-1.0, 0.9, 3)}, audit=0, saddle_starts=0
+)
+label: NDArray[np.int32] = basins.at([0.0, 0.0])[0]
+shares: dict[int, fp.Fraction] = basins.bounds
+refined: fp.RefinedBasins = basins.refine(coarse=2, levels=1, audit=0)
+cells: fp.CellMap = fp.cell_map(fp.models.oscillator, {"y": (-1, 1, 3), "v": (-1.0, 0.9, 3)})
+members: fp.Ensemble = fp.ensemble(fp.models.oscillator, [[0.0, 1.0], [0.0, 0.0]], (0.0, 1.0))
 wrong: int = run.message  # type: ignore[assignment]
 """
 
@@ -60,5 +68,6 @@ def test_a_users_program_is_checked_strictly(tmp_path):
 def test_the_stub_is_that_of_the_core(tmp_path):
     # a bound class has a metaclass and an __init__ that no stub can name
     allowed = tmp_path / "allowed.txt"
-    allowed.write_text("".join(f"filippov._core.{c}(.__init__)?\n" for c in ("Model", "Solution")))
+    bound = ("BasinFinder", "Model", "Picture", "Solution")
+    allowed.write_text("".join(f"filippov._core.{name}(.__init__)?\n" for name in bound))
     run("mypy.stubtest", "filippov._core", "--allowlist", str(allowed), cwd=tmp_path)
