@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from ._basins import Attractor, Basins, Saddle, basins
 from ._cells import GridArgument
 from ._check import floats, number, refuse
 from ._progress import Progress, ended, shown
-from ._store import StoredFields
+from ._store import StoredFields, load
 from ._system import Params, System
 from ._types import Floats
 
@@ -182,7 +181,7 @@ def _picture(
     """One picture, from the store if it is there."""
     if store is None:
         return basins(sys, grid, params=params, **settings)
-    from ._store import load
+    import hashlib
 
     folder = Path(store)
     folder.mkdir(parents=True, exist_ok=True)

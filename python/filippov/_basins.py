@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from ._basin_numbers import (
     sampled_fractions,
     uncertainty_exponent,
 )
+from ._basin_work import BasinWork
 from ._cells import CellGroup, Grid, GridArgument, Integers, Picture, picture_of, unpack_cell_map
 from ._check import flag, floats, integer, number, refuse
 from ._ensemble import (
@@ -32,13 +33,12 @@ from ._ensemble import (
     INTERRUPTED,
     STATUS_NAMES,
     LaneStats,
-    RunSettings,
     counts,
     escape_bounds,
     run_identity,
     run_settings,
 )
-from ._lanes import instruction_set, lanes_of, require_level
+from ._lanes import instruction_set
 from ._progress import Progress, ended, shown
 from ._refine import RefinedBasins, refine
 from ._store import StoredFields
@@ -461,8 +461,11 @@ def basins(
     }
     bounds = escape_bounds(sys, escape)
     work = BasinWork(sys, picture, run, search, bounds, threads or 0, instruction_set())
-    identity = picture.identity() | run_identity(sys, run, bounds) | {"search": search}
     cells = picture.grid
+
+    def identity() -> dict[str, Any]:
+        return picture.identity() | run_identity(sys, run, bounds) | {"search": search}
+
     kept, tiling = open_store(store, "basins", identity, cells.shape[0], cells.shape[1], tile)
     shape = cells.shape
     outputs: Arrays = {
@@ -535,106 +538,6 @@ def _half(show: Show, half: int) -> Show:
     if show is None:
         return None
     return lambda done, total: show(half * total + done, 2 * total)
-
-
-@dataclass(frozen=True)
-class BasinWork:
-    """The parts of a picture, here or elsewhere: sent, it makes a finder of its own."""
-
-    sys: System
-    picture: Picture
-    run: RunSettings
-    search: Mapping[str, Any]  #: in the order that the compiled core takes
-    bounds: list[float] | None
-    threads: int
-    level: str  #: instruction set
-    _finder: list[Any] = field(default_factory=list)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        fields = (self.sys, self.picture, self.run, self.search, self.bounds)
-        return BasinWork, (*fields, self.threads, self.level)
-
-    @property
-    def finder(self) -> Any:  # noqa: ANN401 - compiled
-        """A `_core.BasinFinder`, made when it is first asked for."""
-        if not self._finder:
-            require_level(self.level)
-            picture = self.picture
-            self._finder.append(
-                _core.BasinFinder(
-                    self.sys._model,
-                    lanes_of(self.sys),
-                    picture.grid.axes,
-                    picture.table,
-                    picture.rest,
-                    picture.t0,
-                    *self.search.values(),
-                    self.bounds or [],
-                    *self.run.arguments,
-                    *self.run.limits,
-                    self.threads,
-                )
-            )
-        return self._finder[0]
-
-    def _cells(self, first: int, count: int) -> tuple[int, int]:
-        """Rows of the picture as cells."""
-        n = self.picture.grid.shape[1]
-        return first * n, count * n
-
-    def images(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
-        """Images of the cells in some rows."""
-        del inputs
-        columns = self.finder.images(*self._cells(first, count), show)
-        names = {"image_state": "state", "image_status": "status"}
-        renamed = {name: columns[theirs] for name, theirs in names.items()}
-        return {**columns, **renamed, **columns["counters"]}
-
-    def find(self, image: Integers, raised: BaseException | None) -> dict[str, Any]:
-        """Attractors, saddles, and the plain map; nothing but that after an interruption."""
-        if raised is None:
-            return self.finder.find(image.ravel())  # type: ignore[no-any-return]
-        plain = _core.cell_map(self.picture.grid.axes, image.ravel())
-        return {"plain": plain, "attractors": [], "saddles": [], "raised": raised}
-
-    def labels(self, attractors: list[Any]) -> LabelWork:
-        """Work that labels cells."""
-        return LabelWork(self, attractors)
-
-    def complete(
-        self, attractors: list[Any], image: Integers, label: Integers, raised: BaseException | None
-    ) -> dict[str, Any]:
-        """Audit, and the confusion table; nothing of it after an interruption."""
-        if raised is None:
-            checked: dict[str, Any] = self.finder.complete(attractors, image.ravel(), label.ravel())
-            return checked
-        return {
-            "confusion": [],
-            "by_exit": False,
-            "by_exit_reason": "It was interrupted.",
-            "audited": 0,
-            "disagreements": 0,
-            "raised": raised,
-        }
-
-
-@dataclass(frozen=True)
-class LabelWork:
-    """Labels cells from their images."""
-
-    basins: BasinWork
-    attractors: list[Any]
-
-    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
-        """Labels of the cells in some rows."""
-        columns = self.basins.finder.labels(
-            self.attractors,
-            *self.basins._cells(first, count),
-            inputs["state"].reshape(-1, self.basins.sys.dim),
-            inputs["status"].ravel(),
-            show,
-        )
-        return {**columns, **columns["counters"]}
 
 
 def _saddle(found: Mapping[str, Any]) -> Saddle:

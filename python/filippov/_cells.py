@@ -376,9 +376,13 @@ def cell_map(
         COUNTS,
         dims=dict.fromkeys(outputs, cells.names),
     )
-    identity = picture.identity() | run_identity(sys, run, bounds) | {"periods": periods}
-    if section is not None:
-        identity |= {"section": section, "after": after, "max_time": longest}
+
+    def identity() -> dict[str, Any]:
+        told = picture.identity() | run_identity(sys, run, bounds) | {"periods": periods}
+        if isinstance(work, SectionWork):
+            told |= {"section": section, "after": after, "max_time": work.max_time}
+        return told
+
     kept, tiling = open_store(store, "cell_map", identity, cells.shape[0], cells.shape[1], tile)
     with shown(progress, "cell") as show:
         columns, sums, raised = run_stage(stage, tiling, kept, show, cells.shape[1])

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from collections import Counter
@@ -281,11 +280,14 @@ def ensemble(
     }
     dims = dict.fromkeys(outputs, ("member",)) | {"y": ("member", "state")}
     stage = Stage("members", work, outputs, COUNTS, each, dims)
-    identity = run_identity(sys, run, bounds) | {
-        "first_step": first_step or 0.0,
-        "shape": list(members.shape),
-        "members": members.fingerprint(),
-    }
+
+    def identity() -> dict[str, Any]:
+        return run_identity(sys, run, bounds) | {
+            "first_step": first_step or 0.0,
+            "shape": list(members.shape),
+            "members": fingerprint(shared | each),
+        }
+
     kept, tiling = open_store(store, "ensemble", identity, members.size, 1, tile)
     with shown(progress, "member") as show:
         columns, sums, raised = run_stage(stage, tiling, kept, show)
@@ -344,6 +346,17 @@ class EnsembleWork:
         names = {"y": "x", "n_events": "events", "n_slides": "slides"}
         renamed = {name: columns[theirs] for name, theirs in names.items()}
         return {**columns, **renamed, **columns["counters"]}
+
+
+def fingerprint(arrays: Arrays) -> str:
+    """Give a hash of arrays with their names and shapes."""
+    import hashlib
+
+    digest = hashlib.sha256()
+    for name, rows in sorted(arrays.items()):
+        digest.update(f"{name} {rows.shape} ".encode())
+        digest.update(np.ascontiguousarray(rows).tobytes())
+    return digest.hexdigest()
 
 
 def run_identity(sys: System, run: RunSettings, bounds: list[float] | None) -> dict[str, Any]:
@@ -426,15 +439,6 @@ class _Members:
             else:
                 each[name] = np.broadcast_to(t, self.shape).ravel().copy()
         return shared, each
-
-    def fingerprint(self) -> str:
-        """Give a hash of all starts, times and parameters."""
-        digest = hashlib.sha256()
-        for arrays in self.rows():
-            for name, rows in sorted(arrays.items()):
-                digest.update(f"{name} {rows.shape} ".encode())
-                digest.update(np.ascontiguousarray(rows).tobytes())
-        return digest.hexdigest()
 
     def starts(self) -> Floats:
         """Give the starts of all members."""

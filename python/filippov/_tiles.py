@@ -45,6 +45,11 @@ class Tiling:
         """Rows of tile k."""
         return slice(k * self.rows, min((k + 1) * self.rows, self.length))
 
+    def count(self, k: int) -> int:
+        """How many."""
+        rows = self.slice(k)
+        return int(rows.stop - rows.start)
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -120,7 +125,7 @@ class Store:
 def open_store(
     path: str | os.PathLike[str] | None,
     kind: str,
-    identity: Mapping[str, Any],
+    identity: Callable[[], Mapping[str, Any]],
     length: int,
     entries_in_a_row: int,
     tile: int | None,
@@ -132,7 +137,7 @@ def open_store(
     path
         The directory; None: nothing is stored.
     identity
-        All that determines the result, as JSON can hold it.
+        Gives all that determines the result, as JSON can hold it; asked only where it is stored.
     length, entries_in_a_row
         Of the arrays' first axis, and of one entry of it.
     tile
@@ -156,7 +161,7 @@ def open_store(
     manifest = json.loads(
         json.dumps(
             {"format": FORMAT, "version": VERSION, "kind": kind, "filippov": _core.__version__}
-            | dict(identity)
+            | dict(identity())
             | {"rows_of_a_tile": tiling.rows}
         )
     )
@@ -173,12 +178,16 @@ def open_store(
         refuse("store", shown, foreign)
     if not isinstance(found, dict):
         refuse("store", shown, foreign)
-    for name, expected in _flat(manifest):
-        there = dict(_flat(found)).get(name)
-        if there != expected:
-            refuse("store", shown, f"it was made with {name} = {there!r}, expected {expected!r}")
-    for name, there in _flat(found):
-        if name not in dict(_flat(manifest)):
+    made, wanted = dict(_flat(found)), dict(_flat(manifest))
+    for name, expected in wanted.items():
+        if made.get(name) != expected:
+            refuse(
+                "store",
+                shown,
+                f"it was made with {name} = {made.get(name)!r}, expected {expected!r}",
+            )
+    for name, there in made.items():
+        if name not in wanted:
             refuse("store", shown, f"it was made with {name} = {there!r}, which is not asked for")
     return Store(group, tiling), tiling
 
@@ -218,7 +227,7 @@ def run_stage(
             for name, value in zip(stage.numbers, complete[k, 1:], strict=True):
                 sums[name] += int(value)
         todo = [k for k in todo if complete[k, 0] != 1]
-    done = tiling.length - sum(len(range(*tiling.slice(k).indices(tiling.length))) for k in todo)
+    done = tiling.length - sum(tiling.count(k) for k in todo)
     total = tiling.length * weight
 
     def told(more: int, _: int) -> None:
@@ -240,7 +249,7 @@ def run_stage(
                 break
             if store is not None:
                 store.write(stage, k, {n: v[rows] for n, v in stage.outputs.items()}, numbers)
-            done += rows.stop - rows.start
+            done += tiling.count(k)
             if distributed:
                 told(0, total)
     except KeyboardInterrupt as signal:  # between tiles, or while waiting for a cluster
@@ -251,7 +260,7 @@ def run_stage(
 def _arguments(stage: Stage, tiling: Tiling, k: int) -> tuple[int, int, Arrays]:
     rows = tiling.slice(k)
     inputs = {name: values[rows] for name, values in stage.inputs.items()}
-    return rows.start, rows.stop - rows.start, inputs
+    return rows.start, tiling.count(k), inputs
 
 
 def _run_here(
