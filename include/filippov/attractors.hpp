@@ -45,7 +45,7 @@ inline Matrix contracting_norm(const Matrix& A, double r) {
 class AttractorFinder {
 public:
     /// @param state  nothing is looked for unless it is `ok`
-    AttractorFinder(const Picture& picture, Status state)
+    AttractorFinder(const StrobePicture& picture, Status state)
         : picture_(picture), newton_(picture.system, picture.p, picture.settings.t0, picture.unit) {
         sets_.state = state;
     }
@@ -76,9 +76,6 @@ private:
 
     bool stopped() { return picture_.stopped(sets_.state); }
     Vector centre(std::int32_t cell) const { return picture_.state(picture_.grid.centre(cell)); }
-    static std::span<const double> view(const Vector& x) {
-        return {x.data(), std::size_t(x.size())};
-    }
     void settle(const States& points) {
         Followed ends(picture_, points, settings_.settle, settings_.longest + 1);
         picture_.run(points.size(), ends, settings_.run, sets_.state);
@@ -248,13 +245,8 @@ private:
         const Matrix to = picture_.unit.asDiagonal(),
                      from = picture_.unit.cwiseInverse().asDiagonal();
         const double rate = (1 + std::abs(a.cycle.multipliers.front())) / 2;
-        const auto& slopes = a.cycle.slopes;
-        for (std::size_t k = 0; k < slopes.size(); ++k) {
-            Matrix round = slopes[k];
-            for (std::size_t j = 1; j < slopes.size(); ++j)
-                round = slopes[(k + j) % slopes.size()] * round;
-            a.norms.push_back(contracting_norm(from * round * to, rate));
-        }
+        for (std::size_t k = 0; k < a.cycle.slopes.size(); ++k)
+            a.norms.push_back(contracting_norm(from * a.cycle.round(k) * to, rate));
         const double most = std::min(0.25, 0.5 * distance_to_others(a));
         for (double radius = most; radius > 1e-7 && !stopped(); radius *= 0.7)
             if (draws_together(a, radius, (1 + rate) / 2)) {
@@ -300,7 +292,8 @@ private:
                                  Vector(size / size_at(a, k, v) * v.cwiseProduct(picture_.unit)));
             }
         Followed run(picture_, points, period, 1);
-        picture_.run(points.size(), run, tight(), sets_.state);
+        // on the way round a long cycle errors grow: they must not hide the contraction
+        picture_.run(points.size(), run, tightened(settings_.run), sets_.state);
         for (std::size_t n = 0; n < points.size(); ++n) {
             if (run.status[n] != Status::ok)
                 return false;
@@ -311,14 +304,6 @@ private:
                 return false;
         }
         return true;
-    }
-    /// On the way round a long cycle errors of the runs grow: they must not hide the contraction.
-    EnsembleSettings tight() const {
-        EnsembleSettings s = settings_.run;
-        s.rtol = std::min(s.rtol, 1e-12);
-        for (double& atol : s.atol)
-            atol = std::min(atol, 1e-13);
-        return s;
     }
     /// In the plane evenly, else at random.
     static Vector direction(int k, int n, int dim, std::mt19937_64& random) {
@@ -333,7 +318,7 @@ private:
         return v.norm() > 1e-3 ? Vector(v.normalized()) : Vector(Vector::Unit(dim, 0));
     }
 
-    const Picture& picture_;
+    const StrobePicture& picture_;
     const BasinSettings& settings_ = picture_.settings;
     const CycleNewton newton_;
     std::vector<VisitedBoxes> clouds_; ///< boxes of the attractors that are not periodic

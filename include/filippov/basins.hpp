@@ -187,10 +187,10 @@ private:
 
     class Images final : public detail::Flashes {
     public:
-        Images(const detail::Picture& picture, CellRange cells, MappedCells& images)
+        Images(const detail::StrobePicture& picture, CellRange cells, MappedCells& images)
             : Flashes(picture), cells_(cells), images_(images) {}
         void member(std::size_t id, MemberView& m) override {
-            start(m, view(picture_.settings.rest), 1);
+            start(m, detail::view(picture_.settings.rest), 1);
             picture_.put(picture_.grid.centre(cells_.first + std::int32_t(id)), m.x);
         }
         void take(std::size_t id, const OutcomeView& o) override {
@@ -234,7 +234,7 @@ private:
         /// @param open         indices into the range
         /// @param exit_label   of the quotient's attractors
         /// @param exits        looks exits up; null: cells are followed until they have landed
-        Cells(const detail::Picture& picture, const MappedCells& images, CellLabels& labels,
+        Cells(const detail::StrobePicture& picture, const MappedCells& images, CellLabels& labels,
               const std::vector<std::int32_t>& open, std::vector<detail::Progress> progress,
               const detail::Landings& landings, const detail::ExitLookup* exits,
               const std::vector<std::int32_t>& exit_label)
@@ -436,7 +436,7 @@ private:
     bool is_at(const CellGroup& group, const Attractor& a) const {
         const auto next_to = [&](const Vector& x) {
             const std::int32_t n = picture_.grid.axis(1).n,
-                               cell = picture_.cell_of({x.data(), std::size_t(x.size())});
+                               cell = picture_.cell_of(detail::view(x));
             return cell >= 0 &&
                    std::any_of(group.cells.begin(), group.cells.end(), [&](std::int32_t c) {
                        return std::abs(c / n - cell / n) <= 1 && std::abs(c % n - cell % n) <= 1;
@@ -446,7 +446,7 @@ private:
         return std::any_of(points.begin(), points.end(), next_to);
     }
 
-    detail::Picture picture_;
+    detail::StrobePicture picture_;
     std::optional<detail::ExitLookup> exits_;
 };
 

@@ -76,14 +76,6 @@ struct BasinBoundary {
 
 namespace detail {
 
-/// Runs that a curve is to be exact with.
-inline BasinSettings tightened(BasinSettings settings) {
-    settings.run.rtol = std::min(settings.run.rtol, 1e-12);
-    for (double& atol : settings.run.atol)
-        atol = std::min(atol, 1e-13);
-    return settings;
-}
-
 /// The units of the coordinates.
 inline std::array<double, 2> coordinates(const CellGrid& grid, const PicturePoint& u) {
     const auto along = [&](int k) {
@@ -98,7 +90,8 @@ class Trails final : public Labelling {
 public:
     std::vector<std::vector<Vector>> states; ///< of each point, its own first
 
-    Trails(const Picture& picture, const Landings& landings, const std::vector<Vector>& points)
+    Trails(const StrobePicture& picture, const Landings& landings,
+           const std::vector<Vector>& points)
         : Labelling(picture, landings, std::vector<Progress>(points.size()),
                     picture.settings.periods),
           states(points.size()), points_(points) {}
@@ -122,7 +115,7 @@ private:
 /// Tells what boundaries are, by following both sides of their brackets.
 class BoundaryJudge {
 public:
-    BoundaryJudge(const Picture& picture, const Basins& basins, double near)
+    BoundaryJudge(const StrobePicture& picture, const Basins& basins, double near)
         : picture_(picture), saddles_(basins.saddles), near_(near),
           landings_(basins.attractors, picture.unit, picture.settings.distance, false) {}
 
@@ -189,7 +182,7 @@ private:
                 }
     }
 
-    const Picture& picture_;
+    const StrobePicture& picture_;
     const std::vector<StrobeCycle>& saddles_;
     const double near_;
     const Landings landings_;
@@ -244,7 +237,7 @@ inline BasinBoundary basin_boundary(const AnySystem& system, const AnyLanes& lan
         detail::refuse("near", how.near, "expected 0 < near < 1");
     const CellGrid& grid = basins.grid;
     const BasinSettings tight = detail::tightened(settings);
-    const detail::Picture picture(system, lanes, grid, p, tight);
+    const detail::StrobePicture picture(system, lanes, grid, p, tight);
     const BasinLabeller labeller(system, lanes, grid, basins.attractors, p, tight);
     std::size_t asked = 0;
     const PointLabeller labels_of = [&](std::span<const PicturePoint> points,

@@ -80,7 +80,7 @@ public:
     }
 
     /// @param left   the label of the left sides, one a bracket
-    /// @param least  a width that will do for now, where it is larger
+    /// @param least  they are narrowed to this width, where it is larger than the usual one
     void narrow(std::vector<Bracket>& brackets, const std::vector<std::int32_t>& left,
                 double least = 0) {
         const double width = std::max(width_, least);

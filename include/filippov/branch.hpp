@@ -149,17 +149,20 @@ inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) 
     }
     return false;
 }
-/// The product of (mu - border) over the multipliers, but for the 1 that an autonomous system has.
+/// The multipliers without the 1 that an autonomous system has anyway.
+inline std::vector<std::complex<double>> nontrivial(std::vector<std::complex<double>> multipliers,
+                                                    bool forced) {
+    const auto one = std::find(multipliers.begin(), multipliers.end(), 1.0);
+    if (!forced && one != multipliers.end())
+        multipliers.erase(one);
+    return multipliers;
+}
+/// The product of (mu - border) over these.
 inline double border_test(const std::vector<std::complex<double>>& multipliers, double border,
                           bool forced) {
     std::complex<double> product = 1;
-    bool trivial = !forced;
-    for (const auto& m : multipliers) {
-        if (trivial && m == 1.0)
-            trivial = false;
-        else
-            product *= m - border;
-    }
+    for (const auto& m : nontrivial(multipliers, forced))
+        product *= m - border;
     return product.real();
 }
 /// Crossing and switching have the same equation; what follows where L' pushes tells them apart.
@@ -867,16 +870,11 @@ private:
         special.word_before = before;
         return true;
     }
-    /// Of the multiplier nearest to 1, but for the one that an autonomous system has anyway.
+    /// Of the multiplier nearest to 1.
     double distance_to_one(const std::vector<std::complex<double>>& m) const {
         double best = std::numeric_limits<double>::infinity();
-        bool trivial = !system_.forced();
-        for (const auto& v : m) {
-            if (trivial && v == 1.0)
-                trivial = false;
-            else
-                best = std::min(best, std::abs(v - 1.0));
-        }
+        for (const auto& v : detail::nontrivial(m, system_.forced()))
+            best = std::min(best, std::abs(v - 1.0));
         return best;
     }
 

@@ -70,7 +70,7 @@ public:
     std::vector<Vector> flashed;
     Status state = Status::ok;
 
-    ExitLookup(const Picture& picture, UseQuotient use) {
+    ExitLookup(const StrobePicture& picture, UseQuotient use) {
         const TransitionSettings& settings = picture.settings.transition;
         if (use == UseQuotient::never)
             reason = "It was not asked for.";
@@ -98,7 +98,7 @@ public:
     }
 
 private:
-    void build(const Picture& picture) {
+    void build(const StrobePicture& picture) {
         const TransitionMap map(picture.system, picture.p, picture.settings.transition);
         basins = exit_basins(map, picture.settings.exits);
         if (basins.status == Status::interrupted)
@@ -110,7 +110,7 @@ private:
         for (const MapAttractor& a : basins.attractors)
             flashed.push_back(at_flash(picture, map, a));
     }
-    static Vector at_flash(const Picture& picture, const TransitionMap& map,
+    static Vector at_flash(const StrobePicture& picture, const TransitionMap& map,
                            const MapAttractor& a) {
         const Vector none = Vector::Constant(2, std::numeric_limits<double>::quiet_NaN());
         const Transition at = a.periodic ? a.orbit.points.front() : some_phase(a);

@@ -35,7 +35,7 @@ class VisitedBoxes {
 public:
     VisitedBoxes(const std::vector<Vector>& cloud, const Vector& unit) : unit_(unit) {
         for (const Vector& x : cloud)
-            if (const auto k = key({x.data(), std::size_t(x.size())}))
+            if (const auto k = key(view(x)))
                 visited_.insert(*k);
     }
     bool holds(std::span<const double> x) const {
@@ -145,8 +145,8 @@ private:
 class Labelling : public Flashes {
 public:
     /// @param most  forcing periods of one
-    Labelling(const Picture& picture, const Landings& landings, std::vector<Progress> progress,
-              int most)
+    Labelling(const StrobePicture& picture, const Landings& landings,
+              std::vector<Progress> progress, int most)
         : Flashes(picture), landings_(landings), most_(most), progress_(std::move(progress)) {}
 
     bool goes_on(std::size_t id, const OutcomeView& o) override {
@@ -181,7 +181,7 @@ private:
 class PointLabelling final : public Labelling {
 public:
     /// @param open  indices of the points that are followed
-    PointLabelling(const Picture& picture, const std::vector<Vector>& points,
+    PointLabelling(const StrobePicture& picture, const std::vector<Vector>& points,
                    const std::vector<std::size_t>& open, std::vector<Progress> progress,
                    const Landings& landings, int most, std::span<CellLabel> labels)
         : Labelling(picture, landings, std::move(progress), most), points_(points), open_(open),
@@ -203,7 +203,7 @@ private:
 };
 
 /// Follows points until they have landed, for so many forcing periods at most.
-inline std::vector<CellLabel> label_points(const Picture& picture,
+inline std::vector<CellLabel> label_points(const StrobePicture& picture,
                                            const std::vector<Vector>& points,
                                            const Landings& landings, int most, Status& state) {
     std::vector<CellLabel> labels(points.size());
@@ -211,8 +211,7 @@ inline std::vector<CellLabel> label_points(const Picture& picture,
     std::vector<Progress> progress;
     for (std::size_t k = 0; k < points.size(); ++k) {
         Progress at;
-        const Vector& x = points[k];
-        labels[k] = {landings.visit({x.data(), std::size_t(x.size())}, at), at.time};
+        labels[k] = {landings.visit(view(points[k]), at), at.time};
         if (labels[k].label == 0) {
             open.push_back(k);
             progress.push_back(at);
@@ -258,7 +257,7 @@ public:
     Vector state(const std::array<double, 2>& point) const { return picture_.state(point); }
 
 private:
-    detail::Picture picture_;
+    detail::StrobePicture picture_;
     const detail::Landings landings_;
 };
 

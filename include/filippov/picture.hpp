@@ -58,13 +58,26 @@ inline Vector picture_units(const CellGrid& grid, int dim) {
     return unit;
 }
 
+inline std::span<const double> view(const Vector& x) { return {x.data(), std::size_t(x.size())}; }
+/// Runs that are to be much more exact than what is judged by them.
+inline EnsembleSettings tightened(EnsembleSettings run) {
+    run.rtol = std::min(run.rtol, 1e-12);
+    for (double& atol : run.atol)
+        atol = std::min(atol, 1e-13);
+    return run;
+}
+inline BasinSettings tightened(BasinSettings settings) {
+    settings.run = tightened(std::move(settings.run));
+    return settings;
+}
+
 /// What all parts of a picture ask.
-class Picture {
+class StrobePicture {
 public:
     /// @error std::invalid_argument for a system that is not forced, or settings, parameters or a
     ///        grid that make no sense
-    Picture(const AnySystem& of, const AnyLanes& in, const CellGrid& over, Vector params,
-            BasinSettings given)
+    StrobePicture(const AnySystem& of, const AnyLanes& in, const CellGrid& over, Vector params,
+                  BasinSettings given)
         : system(of), lanes(in), grid(over), p(std::move(params)), settings(std::move(given)),
           unit(picture_units(grid, system.dim())) {
         validate();
@@ -164,7 +177,7 @@ private:
 /// Members that all start when the strobe flashes, with the same parameters.
 class Flashes : public AnyPopulation {
 public:
-    explicit Flashes(const Picture& picture) : picture_(picture) {
+    explicit Flashes(const StrobePicture& picture) : picture_(picture) {
         same_params = true;
         escape = picture.settings.escape;
     }
@@ -178,10 +191,7 @@ protected:
         m.t0 = picture_.settings.t0 + first * picture_.T;
         m.t_end = picture_.settings.t0 + (first + periods) * picture_.T;
     }
-    static std::span<const double> view(const Vector& x) {
-        return {x.data(), std::size_t(x.size())};
-    }
-    const Picture& picture_;
+    const StrobePicture& picture_;
 };
 
 /// Follows points for a number of periods and keeps the states at the last flashes.
@@ -190,7 +200,7 @@ public:
     std::vector<std::vector<Vector>> states; ///< of each point
     std::vector<Status> status;
 
-    Followed(const Picture& picture, const std::vector<Vector>& points, int before, int kept)
+    Followed(const StrobePicture& picture, const std::vector<Vector>& points, int before, int kept)
         : Flashes(picture), states(points.size()), status(points.size(), Status::interrupted),
           points_(points), before_(before), kept_(std::size_t(kept)) {}
 

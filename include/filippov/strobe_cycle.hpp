@@ -22,6 +22,13 @@ struct StrobeCycle {
     double residual = 0;                           ///< |P^period(x) - x|, in units of the picture
 
     int period() const { return int(points.size()); }
+    /// The slope of P^period at one of the points.
+    Matrix round(std::size_t first) const {
+        Matrix product = slopes[first];
+        for (std::size_t k = 1; k < slopes.size(); ++k)
+            product = slopes[(first + k) % slopes.size()] * product;
+        return product;
+    }
     bool stable() const { return !multipliers.empty() && std::abs(multipliers.front()) < 1; }
 };
 

@@ -56,7 +56,7 @@ namespace detail {
 /// Grows one branch, generation by generation.
 class BranchGrower {
 public:
-    BranchGrower(const Picture& picture, const std::vector<Attractor>& attractors,
+    BranchGrower(const StrobePicture& picture, const std::vector<Attractor>& attractors,
                  const UnstableSettings& settings, const UnstableSet& set)
         : picture_(picture), attractors_(attractors), settings_(settings), set_(set) {}
 
@@ -212,7 +212,7 @@ private:
         return false;
     }
 
-    const Picture& picture_;
+    const StrobePicture& picture_;
     const std::vector<Attractor>& attractors_;
     const UnstableSettings& settings_;
     const UnstableSet& set_;
@@ -237,18 +237,15 @@ inline void validate(const UnstableSettings& s) {
 }
 
 /// A set without branches: where it begins, in which direction, with which map.
-inline UnstableSet unstable_direction(const Picture& picture, const StrobeCycle& saddle,
+inline UnstableSet unstable_direction(const StrobePicture& picture, const StrobeCycle& saddle,
                                       int point) {
     const auto unstable = std::count_if(saddle.multipliers.begin(), saddle.multipliers.end(),
                                         [](const auto& mu) { return !(std::abs(mu) < 1); });
     if (unstable != 1 || saddle.multipliers.front().imag() != 0)
         refuse("saddle.multipliers", double(unstable),
                "expected exactly one outside the unit circle, a real one");
-    const std::size_t n = saddle.slopes.size(), k = std::size_t(point);
-    Matrix round = saddle.slopes[k];
-    for (std::size_t j = 1; j < n; ++j)
-        round = saddle.slopes[(k + j) % n] * round;
-    const Eigen::EigenSolver<Matrix> eigen(round);
+    const auto k = std::size_t(point);
+    const Eigen::EigenSolver<Matrix> eigen(saddle.round(k));
     Eigen::Index largest = 0, leading = 0;
     eigen.eigenvalues().cwiseAbs().maxCoeff(&largest);
     UnstableSet set{.saddle = saddle.points[k],
@@ -291,7 +288,7 @@ inline UnstableSet unstable_set(const AnySystem& system, const AnyLanes& lanes,
     detail::validate(how);
     if (!(point >= 0 && point < saddle.period()))
         detail::refuse("point", point, "expected an index of a point of the cycle");
-    const detail::Picture picture(system, lanes, basins.grid, p, detail::tightened(settings));
+    const detail::StrobePicture picture(system, lanes, basins.grid, p, detail::tightened(settings));
     UnstableSet set = detail::unstable_direction(picture, saddle, point);
     detail::BranchGrower grower(picture, basins.attractors, how, set);
     std::array<UnstableBranch, 2> branches{grower.grow(1), grower.grow(-1)};
