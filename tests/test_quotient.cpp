@@ -301,11 +301,21 @@ TEST_CASE("quotient: work is bounded, and can be stopped", "[quotient]") {
     const Vector p = block_params(3.6, 1.067);
     const ExitBasins few = exit_basins(TransitionMap(*block(), p), {.max_evaluations = 20});
     CHECK(few.status == Status::max_steps);
-    int asked = 0;
-    const auto system = oscillator_system({.interrupted = [&] { return ++asked > 200; }});
+    int asked = 0, limit = 0;
+    const auto system = oscillator_system({.interrupted = [&] { return ++asked > limit; }});
     const TransitionMap map(*system, p);
-    CHECK(exit_basins(map).status == Status::interrupted);
-    CHECK(asked < 400);
+    limit = std::numeric_limits<int>::max();
+    CHECK(exit_basins(map).status == Status::ok);
+    const int all = asked;
+    for (int k = 1; k < 12; ++k) { // at every stage
+        limit = k * all / 12;
+        asked = 0;
+        const ExitBasins stopped = exit_basins(map);
+        CAPTURE(limit, all);
+        CHECK(stopped.status == Status::interrupted);
+        CHECK(asked < limit + 200);
+        CHECK(stopped.at({-1, 1.0}).attractor >= 0);
+    }
 }
 
 TEST_CASE("quotient: whether it applies, and why not", "[quotient]") {

@@ -6,6 +6,17 @@
 
 namespace filippov {
 
+namespace detail {
+
+/// A difference of phases, the shorter way round.
+inline double around(double phase) { return std::remainder(phase, TransitionMap::turn); }
+inline std::size_t circle(int boundary) { return boundary < 0 ? 0 : 1; }
+inline bool before(const Transition& a, const Transition& b) {
+    return a.boundary != b.boundary ? a.boundary < b.boundary : a.phase < b.phase;
+}
+
+} // namespace detail
+
 /// A point of the graph.
 struct MapSample {
     Transition at;
@@ -29,7 +40,7 @@ struct MapBreak {
             left.image.to.boundary != right.image.to.boundary)
             return std::numeric_limits<double>::infinity();
         const double d = left.image.to.phase - right.image.to.phase;
-        return std::abs(std::remainder(d, TransitionMap::turn));
+        return std::abs(detail::around(d));
     }
     /// Above what a root's singularity makes over the resolution.
     bool jump() const { return gap() > 1e-5; }
@@ -225,14 +236,13 @@ private:
         if (!piece.a.closes() || !piece.b.closes() || b.jump())
             return;
         // A root within the resolution of a corner.
-        const double f0 = around(piece.a.advance()), f1 = around(piece.b.advance());
+        const double f0 = detail::around(piece.a.advance()), f1 = detail::around(piece.b.advance());
         if (f0 * f1 < 0)
             keep(std::abs(f0) < std::abs(f1) ? piece.a : piece.b, false);
     }
     static bool meet(const MapSample& a, const MapSample& b) {
         return a.at.boundary == b.at.boundary && a.at.phase == b.at.phase;
     }
-    static double around(double advance) { return std::remainder(advance, TransitionMap::turn); }
     void accept(const Piece& piece) {
         graph_.samples.push_back(piece.a);
         if (piece.a.closes())
@@ -349,7 +359,7 @@ private:
         graph_.fixed_points.push_back(point);
     }
     static bool same(const Transition& a, const Transition& b, double within) {
-        return a.boundary == b.boundary && std::abs(around(a.phase - b.phase)) <= within;
+        return a.boundary == b.boundary && std::abs(detail::around(a.phase - b.phase)) <= within;
     }
     int prime(const Transition& at) const {
         for (int k = 1; k < graph_.iterate; ++k)

@@ -6,7 +6,7 @@
 #include <filippov/any_system.hpp>
 #include <filippov/cells.hpp>
 #include <filippov/maps.hpp>
-#include <filippov/quotient.hpp>
+#include <filippov/exit_basins.hpp>
 
 #include <algorithm>
 #include <array>
