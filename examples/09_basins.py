@@ -30,7 +30,7 @@ for label, share in basins.fractions.items():
 print(f"unresolved: {len(basins.unresolved)}; audited: {basins.audited}", end=", ")
 print(f"disagreements: {basins.disagreements}")
 
-boundary, unstable = fp.basin_boundary(block, basins), fp.unstable_set(block, basins)
+boundary, unstable = fp.basin_boundary(basins), fp.unstable_set(basins)
 kinds = {kind for curve in boundary.curves for kind in curve.kind}
 print(f"\nboundary: {len(boundary.curves)} curves, of kind {', '.join(sorted(kinds))}")
 for corner in boundary.corners:

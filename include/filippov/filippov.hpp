@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything.
+// What runs a system: trajectories, ensembles, brute-force diagrams, cell maps; and the models.
+//
+// What is found out about one behind AnySystem (orbits, branches, basins, geometry) has headers of
+// its own: they take ten times as long to compile.
 #pragma once
 
 #include <filippov/basin_numbers.hpp>

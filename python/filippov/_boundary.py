@@ -15,7 +15,6 @@ from ._cells import Grid, Integers
 from ._check import integer, number, refuse
 from ._progress import Progress, ended, shown
 from ._store import StoredFields
-from ._system import System
 from ._types import Floats
 
 if TYPE_CHECKING:
@@ -164,7 +163,6 @@ class UnstableSet(StoredFields):
 
 
 def basin_boundary(
-    sys: System,
     basins: Basins,
     *,
     distance: float = 1e-3,
@@ -181,8 +179,6 @@ def basin_boundary(
 
     Parameters
     ----------
-    sys : System
-        That of the basins.
     basins : Basins
         The picture. What is thinner than its cells is missed where no centre meets it.
     distance : float
@@ -221,7 +217,7 @@ def basin_boundary(
     turn = number("turn", turn, "expected 0 < turn < pi", above=0.0, below=np.pi)
     near = number("near", near, "expected 0 < near < 1", above=0.0, below=1.0)
     max_labels = integer("max_labels", max_labels)
-    picture, known = _picture(sys, basins)
+    picture, known = _picture(basins)
     with shown(progress, "label") as show:
         found = _core.basin_boundary(
             picture,
@@ -249,7 +245,6 @@ def basin_boundary(
 
 
 def unstable_set(
-    sys: System,
     basins: Basins,
     saddle: int = 0,
     *,
@@ -268,8 +263,6 @@ def unstable_set(
 
     Parameters
     ----------
-    sys : System
-        That of the basins.
     basins : Basins
         The picture, with its saddles and attractors.
     saddle : int
@@ -309,7 +302,7 @@ def unstable_set(
     chosen = basins.saddles[index]
     point = integer("point", point, 0)
     positive = "expected a number > 0"
-    picture, known = _picture(sys, basins)
+    picture, known = _picture(basins)
     found = _core.unstable_set(
         picture,
         known,
@@ -337,10 +330,8 @@ def unstable_set(
     return result
 
 
-def _picture(sys: System, basins: Basins) -> tuple[Any, list[Any]]:
+def _picture(basins: Basins) -> tuple[Any, list[Any]]:
     """Give the compiled picture, and the attractors that it is to be given."""
-    if sys.name != basins.system.name:
-        refuse("sys", sys.name, f"expected the system of the basins, {basins.system.name}")
     work, known = basins._labelling()
     return work.finder, known
 

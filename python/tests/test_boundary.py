@@ -18,12 +18,12 @@ def basins():
 
 @pytest.fixture(scope="module")
 def boundary(basins):
-    return fp.basin_boundary(OSCILLATOR, basins)
+    return fp.basin_boundary(basins)
 
 
 @pytest.fixture(scope="module")
 def unstable(basins):
-    return fp.unstable_set(OSCILLATOR, basins)
+    return fp.unstable_set(basins)
 
 
 def test_both_sides_of_every_point_have_their_labels(basins, boundary):
@@ -110,13 +110,13 @@ def test_results_are_kept(boundary, tmp_path):
 def test_limits_are_statuses(basins):
     seen = []
     few = fp.basin_boundary(
-        OSCILLATOR, basins, max_labels=200, progress=lambda done, total: seen.append((done, total))
+        basins, max_labels=200, progress=lambda done, total: seen.append((done, total))
     )
     assert few.status == "max_steps"
     assert few.labels <= 200
     assert seen[-1] == (few.labels, few.labels)
     assert all((c.kind == "unknown").all() for c in few.curves)
-    short = fp.unstable_set(OSCILLATOR, basins, length=0.01)
+    short = fp.unstable_set(basins, length=0.01)
     assert [b.status for b in short.branches] == ["max_steps"] * 2
     assert [b.attractor for b in short.branches] == [0, 0]
 
@@ -134,18 +134,16 @@ def test_limits_are_statuses(basins):
 )
 def test_wrong_arguments(basins, wrong, what):
     with pytest.raises(ValueError, match=what):
-        fp.basin_boundary(OSCILLATOR, basins, **wrong)
+        fp.basin_boundary(basins, **wrong)
 
 
-def test_wrong_saddles_and_systems(basins):
+def test_wrong_saddles(basins):
     with pytest.raises(ValueError, match="saddle = 1"):
-        fp.unstable_set(OSCILLATOR, basins, 1)
+        fp.unstable_set(basins, 1)
     with pytest.raises(ValueError, match="point = 1"):
-        fp.unstable_set(OSCILLATOR, basins, point=1)
+        fp.unstable_set(basins, point=1)
     with pytest.raises(ValueError, match="gap"):
-        fp.unstable_set(OSCILLATOR, basins, gap=-1.0)
-    with pytest.raises(ValueError, match="sys"):
-        fp.basin_boundary(fp.models.coulomb, basins)
+        fp.unstable_set(basins, gap=-1.0)
 
 
 def test_ctrl_c_keeps_what_is_finished(ctrl_c):
@@ -155,7 +153,7 @@ block = fp.models.oscillator.with_params(A=3.6, omega=1.067)
 basins = fp.basins(block, {"y": (-4, 4, 16), "v": (-3, 4, 16)}, audit=0, seeds=32)
 print("ready", flush=True)
 try:
-    fp.basin_boundary(block, basins, distance=1e-6)
+    fp.basin_boundary(basins, distance=1e-6)
 except KeyboardInterrupt as e:
     assert e.boundary.status == "interrupted"
     assert len(e.boundary.curves) == 2
