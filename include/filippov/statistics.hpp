@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lines through points, and spreads.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+
+namespace filippov {
+
+namespace detail {
+
+inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A line through weighted points.
+struct Line {
+    double slope = unknown;
+    double intercept = unknown;
+    double spread = 0; ///< sum of w (x - mean)^2: with weights 1/variance, 1/variance of the slope
+    double chi2 = 0;   ///< sum of w (y - line)^2
+};
+
+/// Weighted least squares. Without two different x there is no line.
+inline Line fit_line(std::span<const double> x, std::span<const double> y,
+                     std::span<const double> w) {
+    Line line;
+    const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+    if (x.empty() || !(*least < *largest))
+        return line;
+    double weight = 0, x_mean = 0, y_mean = 0, product = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        weight += w[i];
+        x_mean += w[i] * x[i];
+        y_mean += w[i] * y[i];
+    }
+    x_mean /= weight;
+    y_mean /= weight;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        line.spread += w[i] * (x[i] - x_mean) * (x[i] - x_mean);
+        product += w[i] * (x[i] - x_mean) * (y[i] - y_mean);
+    }
+    line.slope = product / line.spread;
+    line.intercept = y_mean - line.slope * x_mean;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double off = y[i] - y_mean - line.slope * (x[i] - x_mean);
+        line.chi2 += w[i] * off * off;
+    }
+    return line;
+}
+
+/// Probability that chi^2 of so many degrees of freedom exceeds a value: for whole degrees a finite
+/// sum, of (chi2/2)^k/Gamma(k + 1) over k = 0, 1, ... or 1/2, 3/2, ... below degrees/2.
+inline double chi2_probability(double chi2, int degrees) {
+    const double half = chi2 / 2;
+    double sum = degrees % 2 == 0 ? 0 : std::erfc(std::sqrt(half));
+    for (double k = degrees % 2 == 0 ? 0 : 0.5; k < degrees / 2.0; k += 1)
+        sum += half > 0 ? std::exp(k * std::log(half) - half - std::lgamma(k + 1)) : k == 0;
+    return std::min(sum, 1.0);
+}
+
+/// Standard deviation of values that are all there are.
+inline double deviation(std::span<const double> values) {
+    if (values.empty())
+        return unknown;
+    const auto n = static_cast<double>(values.size());
+    double mean = 0, square = 0;
+    for (const double v : values)
+        mean += v / n;
+    for (const double v : values)
+        square += (v - mean) * (v - mean) / n;
+    return std::sqrt(square);
+}
+
+} // namespace detail
+
+} // namespace filippov
