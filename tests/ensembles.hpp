@@ -76,7 +76,16 @@ private:
 struct OneByOne : Oscillator {
     static constexpr bool lanes = false;
 };
+/// A system, were its slides not known in closed form.
+template <class Sys> struct Unsolved : Sys {
+    void sliding_flow() const = delete;
+    void equivalent_control() const = delete;
+};
 static_assert(RunsInLanes<Oscillator> && !RunsInLanes<OneByOne>);
+static_assert(RunsInLanes<Unsolved<Oscillator>>);
+static_assert(HasSlidingFlow<Oscillator, double> && HasSlidingFlow<Oscillator, Lanes<8>>);
+static_assert(!HasSlidingFlow<Unsolved<Oscillator>, Lanes<8>> &&
+              !HasEquivalentControl<Unsolved<Oscillator>, Lanes<8>>);
 
 inline Oscillator::P<double> forced(double A = 3.6, double omega = 1.067) {
     auto p = default_params<Oscillator>();

@@ -3,6 +3,7 @@
 
 #include "ensembles.hpp"
 
+#include <filippov/models/belt.hpp>
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/relay.hpp>
@@ -75,6 +76,11 @@ struct DrawnCurved {
     }
 };
 
+/// ... and holds on beyond |s| = 1.
+struct DrawnSticky : DrawnCurved {
+    template <Scalar S> S s_max(const Vec<S, 11>&) const { return S(1.3); }
+};
+
 Drawn::P draw(Random& random) {
     Drawn::P p;
     p << random(0.02, 0.3), random(0, 0.1), random(0, 3), random(-0.4, 0.4), random(-0.2, 0.2),
@@ -83,7 +89,7 @@ Drawn::P draw(Random& random) {
     return p;
 }
 
-static_assert(RunsInLanes<Drawn> && RunsInLanes<DrawnCurved>);
+static_assert(RunsInLanes<Drawn> && RunsInLanes<DrawnCurved> && HasSMax<DrawnSticky, Lanes<8>>);
 static_assert(!RunsInLanes<models::DieciLopez2>);
 
 // --- ensembles ---------------------------------------------------------------------------------
@@ -125,6 +131,17 @@ Members<models::Relay> relay(int n) {
                          default_params<models::Relay>(),
                          0,
                          4});
+    return m;
+}
+/// A surface that moves, and a slide with a field that is not constant.
+Members<models::VaryingBelt> belt(int n) {
+    Members<models::VaryingBelt> m;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            m.push_back({{-2 + 4 * (i + 0.5) / n, -2 + 5 * (j + 0.5) / n},
+                         {0.4, 0.7, 0.4 + 0.8 * i / n, 0.7},
+                         0.3 * j,
+                         0.3 * j + 20});
     return m;
 }
 template <class Sys> Members<Sys> drawn(std::size_t n, double periods) {
@@ -230,6 +247,14 @@ TEST_CASE("ensemble: no bit depends on lanes, threads or neighbours: other syste
     CHECK(differing<DormandPrince5, 8>(DrawnCurved{}, drawn<DrawnCurved>(300, 4), 1e-6) == 0);
 }
 
+TEST_CASE("ensemble: no bit depends on lanes, threads or neighbours: slides of any kind",
+          "[ensemble]") {
+    CHECK(differing<DormandPrince8, 2, 4, 8>(Unsolved<Oscillator>{}, grid(20, 3), 1e-8) == 0);
+    CHECK(differing<DormandPrince8, 8>(Unsolved<models::Stiction>{}, stiction(16), 1e-8) == 0);
+    CHECK(differing<DormandPrince8, 8>(models::VaryingBelt{}, belt(16), 1e-8) == 0);
+    CHECK(differing<DormandPrince5, 8>(DrawnSticky{}, drawn<DrawnSticky>(300, 4), 1e-6) == 0);
+}
+
 // Margins: a hundred tolerances, which the slowest contacts of these ensembles need; most members
 // agree within ten.
 TEST_CASE("ensemble: agrees with flow: models", "[ensemble]") {
@@ -246,6 +271,10 @@ TEST_CASE("ensemble: agrees with flow: models", "[ensemble]") {
     check(agreement<DormandPrince8>(Oscillator{}, many_parameters(16, 5), each, 100));
     check(agreement<DormandPrince8>(models::Coulomb{}, coulomb(16), each, 100));
     check(agreement<DormandPrince8>(models::Stiction{}, stiction(16), each, 100));
+    check(agreement<DormandPrince8>(Unsolved<Oscillator>{}, grid(16, 3), each, 100));
+    check(agreement<DormandPrince5>(Unsolved<Oscillator>{}, grid(16, 3), each, 100));
+    check(agreement<DormandPrince8>(Unsolved<models::Stiction>{}, stiction(16), each, 100));
+    check(agreement<DormandPrince8>(models::VaryingBelt{}, belt(16), each, 100));
     // At 1e-4 visits to the surface by 7e-6 are missed: slides of 0.002, members 30, 32, 33,
     // 34, 45.
     check(agreement<DormandPrince8>(models::Relay{}, relay(8), each, 100), each > 1e-5 ? 5 : 0);
@@ -266,10 +295,12 @@ TEST_CASE("ensemble: agrees with flow: random systems", "[ensemble]") {
     // more.
     check(agreement<DormandPrince8>(DrawnCurved{}, drawn<DrawnCurved>(300, 4), each, 100), 1);
     check(agreement<DormandPrince5>(DrawnCurved{}, drawn<DrawnCurved>(300, 4), each, 100), 1);
+    check(agreement<DormandPrince8>(DrawnSticky{}, drawn<DrawnSticky>(300, 4), each, 100), 1);
+    check(agreement<DormandPrince5>(Unsolved<Drawn>{}, drawn<Unsolved<Drawn>>(300, 4), each, 100),
+          0);
 }
 
-TEST_CASE("ensemble: hardly ever hands members over where slides are known in closed form",
-          "[ensemble]") {
+TEST_CASE("ensemble: hardly ever hands members over", "[ensemble]") {
     const auto share = [](const auto& sys, const auto& members, double each, double periods) {
         using Sys = std::decay_t<decltype(sys)>;
         const auto r = run<DormandPrince8>(sys, members, tolerance<Sys>(each));
@@ -283,6 +314,15 @@ TEST_CASE("ensemble: hardly ever hands members over where slides are known in cl
     CHECK(share(models::Coulomb{}, coulomb(20), 1e-8, 3) < 0.01);
     CHECK(share(models::Stiction{}, stiction(20), 1e-8, 2) < 0.01);
     CHECK(share(Drawn{}, drawn<Drawn>(400, 4), 1e-6, 4) < 0.02);
+    // slides that are not known in closed form
+    CHECK(share(Unsolved<Oscillator>{}, grid(20, 20), 1e-6, 20) < 0.01);
+    CHECK(share(Unsolved<Oscillator>{}, grid(20, 20), 1e-8, 20) < 0.02);
+    CHECK(share(Unsolved<models::Stiction>{}, stiction(20), 1e-8, 2) < 0.01);
+    CHECK(share(models::VaryingBelt{}, belt(16), 1e-8, 2) < 0.02);
+    CHECK(share(models::Relay{}, relay(8), 1e-8, 0.4) < 0.02);
+    CHECK(share(Unsolved<Drawn>{}, drawn<Unsolved<Drawn>>(400, 4), 1e-6, 4) < 0.02);
+    CHECK(share(DrawnCurved{}, drawn<DrawnCurved>(400, 4), 1e-6, 4) < 0.02);
+    CHECK(share(DrawnSticky{}, drawn<DrawnSticky>(400, 4), 1e-6, 4) < 0.02);
 }
 
 TEST_CASE("ensemble: refuses settings that make no sense", "[ensemble]") {
@@ -395,6 +435,7 @@ TEST_CASE("ensemble: ten legs are one run of ten periods", "[ensemble]") {
         CHECK(bad == 0);
     };
     check(Oscillator{});
+    check(Unsolved<Oscillator>{});
     check(OneByOne{});
 }
 
@@ -444,6 +485,7 @@ TEST_CASE("ensemble: ends at the first exit from a slide", "[ensemble]") {
         CHECK(exits > 50);
     };
     check(Oscillator{});
+    check(Unsolved<Oscillator>{});
     check(OneByOne{});
 }
 

@@ -93,6 +93,29 @@ TEMPLATE_TEST_CASE("guards, in lanes: a fall goes down from probe to probe, and 
     CHECK(one.falls().word() == 0b1011u);
 }
 
+TEMPLATE_TEST_CASE("guards, in lanes: range and turns are those of one guard", "[guards]",
+                   Stages<DormandPrince5>, Stages<DormandPrince8>) {
+    const auto check = [](auto f) {
+        auto one = track<TestType>(f);
+        lanes::Probed<TestType, 4> all{one.start, 0.0, {}};
+        for (std::size_t k = 1; k <= TestType::n; ++k) {
+            all.probe[k] = one.probe[k];
+            all.probe[k].set(1, std::nan(""));
+        }
+        all.start.set(2, 7.0);
+        const auto range = all.range();
+        CHECK(range.low[0] == one.template range<TestType>().low);
+        CHECK(range.high[3] == one.template range<TestType>().high);
+        CHECK(range.high[2] == 7.0);
+        CHECK(all.turns()[0] == one.template turns<TestType>());
+        CHECK(all.turns()[3] == one.template turns<TestType>());
+    };
+    for (const double swings : {0.0, 0.4, 1.0, 1.7, 3.0, 6.0})
+        check([swings](double u) { return 1.5 + std::cos(swings * std::numbers::pi * u); });
+    check([](double u) { return std::max(0.4, u); });
+    check([](double u) { return 0.3 - u; });
+}
+
 TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guards]") {
     const auto falls = [](auto f) { return track<Sixths>(f).template falls_through<Sixths>(); };
     CHECK(falls([](double u) { return 0.4 - u; }) == 3);

@@ -40,6 +40,41 @@ struct Late {
     template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const { return x[0]; }
 };
 
+/// A slide along y = 0 at speed c that attracts while x < 1 and repels beyond; s is 0 all the way.
+struct Parting {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"c"};
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+        return {p[0], S(1) - x[0]};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+        return {p[0], x[0] - S(1)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const { return x[1]; }
+};
+
+/// A block that friction m holds on a belt of speed 1, y' = 1, against a force y cos(omega t) that
+/// grows: it slips when |y cos(omega t)| > m. It says of no period, and steps along the slide make
+/// no error however long they are.
+struct Shaken {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"m", "omega"};
+    template <Scalar S>
+    static Vec<S, 2> field(const S& t, const Vec<S, 2>& x, const Vec<S, 2>& p, const S& friction) {
+        using elementary::cos;
+        return {x[1], x[0] * cos(p[1] * t) + friction};
+    }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 2>& p) const {
+        return field(t, x, p, p[0]);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 2>& p) const {
+        return field(t, x, p, S(-p[0]));
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 2>&) const {
+        return x[1] - S(1);
+    }
+};
+
 } // namespace
 
 // --- starts and ends ---------------------------------------------------------------------------
@@ -89,6 +124,7 @@ TEST_CASE("lane_flow: starts on the surface and within some ulps of it", "[lane_
         for (int k = -3; k <= 3; ++k)
             m.push_back({{y, ulps(1.0, k)}, p, 0, 2 * T});
     CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, m, 1e-8) == 0);
 }
 
 TEST_CASE("H40, lane_flow: starts within some ulps of the boundary of sliding", "[lane_flow]") {
@@ -102,6 +138,7 @@ TEST_CASE("H40, lane_flow: starts within some ulps of the boundary of sliding", 
                 m.push_back({{ulps(y, k), 1.0}, p, t0, t0 + 2 * T});
         }
     CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, m, 1e-8) == 0);
 }
 
 namespace {
@@ -162,9 +199,10 @@ TEST_CASE("H40, lane_flow: orbits that pass the boundary of sliding within some 
     CHECK(found >= 2);
 }
 
-TEST_CASE("lane_flow: runs of no length, and runs that end at an event", "[lane_flow]") {
+TEST_CASE("lane_flow: runs of no length, and runs that end at an event or in a slide",
+          "[lane_flow]") {
     const auto settings = tolerance<Oscillator>(1e-8);
-    Members<Oscillator> m, ends;
+    Members<Oscillator> m, ends, within;
     for (auto member : grid(6, 3)) {
         EventLog<double, 2, 1> log;
         by_flow<DormandPrince8>(Oscillator{}, member, settings, &log);
@@ -173,21 +211,34 @@ TEST_CASE("lane_flow: runs of no length, and runs that end at an event", "[lane_
                 member.t_end = ulps(e.t, k);
                 ends.push_back(member);
             }
+        for (std::size_t k = 1; k < log.events.size(); ++k)
+            if (const auto &e = log.events[k - 1], &next = log.events[k]; e.mode_after[0] == 0)
+                for (const double part : {0.01, 0.5, 0.99, 0.9999}) {
+                    member.t_end = e.t + part * (next.t - e.t);
+                    within.push_back(member);
+                }
         member.t_end = member.t0;
         m.push_back(member);
         member.x[1] = 1; // on the surface
         m.push_back(member);
     }
-    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
-    // whether the event at the end is one of the run is a matter of rounding
-    const auto r = run<DormandPrince8>(Oscillator{}, ends, settings);
-    int bad = 0;
-    for (std::size_t i = 0; i < ends.size(); ++i) {
-        const auto &o = r.outcomes[i], s = by_flow<DormandPrince8>(Oscillator{}, ends[i], settings);
-        bad += o.status != s.status || std::abs(o.events - s.events) > 1 ||
-               !((o.x - s.x).cwiseAbs().maxCoeff() <= 1e-6);
-    }
-    CHECK(bad == 0);
+    const auto check = [&](const auto& sys) {
+        CHECK(unlike_flow(sys, m, 1e-8) == 0);
+        CHECK(unlike_flow(sys, within, 1e-8) == 0);
+        for (const auto& o : run<DormandPrince8>(sys, within, settings).outcomes)
+            CHECK(o.mode == 0);
+        // whether the event at the end is one of the run is a matter of rounding
+        const auto r = run<DormandPrince8>(sys, ends, settings);
+        int bad = 0;
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            const auto &o = r.outcomes[i], s = by_flow<DormandPrince8>(sys, ends[i], settings);
+            bad += o.status != s.status || std::abs(o.events - s.events) > 1 ||
+                   !((o.x - s.x).cwiseAbs().maxCoeff() <= 1e-6);
+        }
+        CHECK(bad == 0);
+    };
+    check(Oscillator{});
+    check(Unsolved<Oscillator>{});
 }
 
 TEST_CASE("lane_flow: backwards, at negative times, and after many periods", "[lane_flow]") {
@@ -203,6 +254,8 @@ TEST_CASE("lane_flow: backwards, at negative times, and after many periods", "[l
     }
     CHECK(unlike_flow(Oscillator{}, back, 1e-8) == 0);
     CHECK(unlike_flow(Oscillator{}, away, 1e-8) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, back, 1e-8) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, away, 1e-8) == 0);
 }
 
 TEST_CASE("lane_flow: after a thousand periods the end is where it was asked for", "[lane_flow]") {
@@ -214,6 +267,8 @@ TEST_CASE("lane_flow: after a thousand periods the end is where it was asked for
         m.push_back({{-3 + 0.9 * k, 0.5 * k}, p, 0.1 * k, 0.1 * k + 1000 * T});
     CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
     CHECK(unlike_flow(Oscillator{}, m, 1e-12) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, m, 1e-8) == 0);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, m, 1e-12) == 0);
 }
 
 TEST_CASE("lane_flow: a forcing that lanes cannot follow is left to the scalar engine",
@@ -225,6 +280,97 @@ TEST_CASE("lane_flow: a forcing that lanes cannot follow is left to the scalar e
     CHECK(unlike_flow(Late{}, m, 1e-8) == 0);
     const auto r = run(Late{}, m, tolerance<Late>(1e-8));
     CHECK(r.counters.handed_over <= 1100 * static_cast<long long>(m.size()));
+}
+
+// --- slides that are not known in closed form --------------------------------------------------
+
+TEST_CASE("lane_flow: a slide without a closed form ends as the closed form says", "[lane_flow]") {
+    // grazing ends, below and above: amplitudes for which |s| just reaches 1 or does not
+    Members<Oscillator> m;
+    for (int k = 0; k < 400; ++k) {
+        const auto p = forced(0.2 + 0.02 * k, 0.7 + 0.004 * k);
+        const double y = (k % 2 == 0 ? 1 : -1) * 3.9 * ((k % 37) / 37.0);
+        m.push_back({{y, 1.0}, p, 0.1 * k, 0.1 * k + 2 * period_of(p)});
+    }
+    const auto settings = tolerance<Oscillator>(1e-9);
+    const auto known = run(Oscillator{}, m, settings),
+               stepped = run(Unsolved<Oscillator>{}, m, settings);
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const auto &a = known.outcomes[i], &b = stepped.outcomes[i];
+        CAPTURE(i);
+        CHECK(a.status == b.status);
+        CHECK(a.mode == b.mode);
+        CHECK(a.events == b.events);
+        CHECK(a.slides == b.slides);
+        CHECK((a.x - b.x).cwiseAbs().maxCoeff() < 1e-7);
+        CHECK(std::abs(a.slide_time - b.slide_time) < 1e-6);
+    }
+    CHECK(stepped.counters.handed_over < 20);
+    CHECK(unlike_flow(Unsolved<Oscillator>{}, m, 1e-9) == 0);
+}
+
+TEST_CASE("lane_flow: a slide whose s swings ends at the first swing that is too wide",
+          "[lane_flow]") {
+    Members<Shaken> m;
+    std::vector<double> ends;
+    for (int k = 0; k < 200; ++k) {
+        const double omega = 0.9 * std::pow(1.03, k), y = -3.0 + 0.015 * k; // up to 320
+        m.push_back({{y, 1.0}, {3.5, omega}, 0, 12});
+        // the first time at which |y + t| |cos(omega t)| is 3.5
+        const auto over = [&](double t) { return std::abs((y + t) * std::cos(omega * t)) - 3.5; };
+        const double dt = 1e-3 / omega;
+        double t = 0;
+        while (over(t + dt) < 0)
+            t += dt;
+        double low = t, high = t + dt;
+        for (int n = 0; n < 60; ++n)
+            (over((low + high) / 2) < 0 ? low : high) = (low + high) / 2;
+        ends.push_back(low);
+    }
+    struct Exits : Population<2, 2> {
+        const Members<Shaken>* members;
+        std::vector<Outcome<2>> outcomes;
+        Member<2, 2> member(std::size_t id) override { return (*members)[id]; }
+        void take(std::size_t id, const Outcome<2>& o) override { outcomes[id] = o; }
+    } exits;
+    exits.members = &m;
+    exits.outcomes.resize(m.size());
+    exits.ends_at_exit = true;
+    const auto r = run_population<DormandPrince8, 8>(Shaken{}, m.size(), exits,
+                                                     tolerance<Shaken>(1e-8), within_time());
+    REQUIRE(r.status == Status::ok);
+    int below = 0;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const auto& o = exits.outcomes[i];
+        CAPTURE(i, m[i].p[1], ends[i], o.clock.local);
+        CHECK(o.status == Status::event);
+        CHECK(o.clock.local == Approx(ends[i]).epsilon(0).margin(1e-7));
+        CHECK(o.slide_time == Approx(ends[i]).epsilon(0).margin(1e-7));
+        below += o.mode < 0;
+    }
+    CHECK(below > 50);
+    CHECK(below < 150);
+    CHECK(r.counters.handed_over < 20);
+}
+
+TEST_CASE("lane_flow: a slide that ceases to attract stops there", "[lane_flow]") {
+    Members<Parting> m;
+    for (int k = 0; k < 40; ++k)
+        m.push_back({{-2 + 0.07 * k, k % 3 == 0 ? 0.0 : 0.02 * k},
+                     Vec<double, 1>(0.3 + 0.05 * k),
+                     0,
+                     1.0 + 0.5 * k});
+    CHECK(unlike_flow(Parting{}, m, 1e-8) == 0);
+    int stopped = 0;
+    for (const auto& o : run(Parting{}, m, tolerance<Parting>(1e-8)).outcomes) {
+        if (o.status == Status::ok)
+            continue;
+        ++stopped;
+        CHECK(o.status == Status::ambiguous);
+        CHECK(o.x[0] == Approx(1).epsilon(1e-6));
+    }
+    CHECK(stopped > 20);
+    CHECK(stopped < 40);
 }
 
 // --- members that come to grief ----------------------------------------------------------------
@@ -325,44 +471,53 @@ TEST_CASE("lane_flow: escapes while it slides", "[lane_flow]") {
         void take(std::size_t, const Outcome<2>& o) override { outcome = o; }
     } belt;
     belt.escape[0] = 0.5;
-    REQUIRE(run_population<DormandPrince8, 8>(Oscillator{}, 1, belt, tolerance<Oscillator>(1e-8),
-                                              within_time())
-                .status == Status::ok);
-    CHECK(belt.outcome.status == Status::escaped);
-    CHECK(belt.outcome.mode == 0);
-    CHECK(belt.outcome.events == 0);
-    CHECK(belt.outcome.x[0] > 0.5);
-    CHECK(belt.outcome.slide_time == Approx(belt.outcome.x[0]));
+    const auto check = [&](const auto& sys) {
+        const auto r = run_population<DormandPrince8, 8>(sys, 1, belt, tolerance<Oscillator>(1e-8),
+                                                         within_time());
+        REQUIRE(r.status == Status::ok);
+        CHECK(r.counters.handed_over == 0);
+        CHECK(belt.outcome.status == Status::escaped);
+        CHECK(belt.outcome.mode == 0);
+        CHECK(belt.outcome.events == 0);
+        CHECK(belt.outcome.x[0] > 0.5);
+        CHECK(belt.outcome.slide_time == Approx(belt.outcome.x[0]));
+    };
+    check(Oscillator{});
+    check(Unsolved<Oscillator>{});
 }
 
 TEST_CASE("lane_flow: bounds on steps and events are those of flow", "[lane_flow]") {
     const auto m = grid(6, 4);
-    auto settings = tolerance<Oscillator>(1e-8);
-    const auto free = run(Oscillator{}, m, settings);
-    for (const int most : {1, 3, 5, 8}) {
-        settings.max_events = most;
-        const auto r = run(Oscillator{}, m, settings);
-        for (std::size_t i = 0; i < m.size(); ++i) {
-            const auto &o = r.outcomes[i], &f = free.outcomes[i];
-            CAPTURE(most, i, f.events, o.events);
-            if (f.events <= most) {
-                CHECK(same(o, f));
-                continue;
+    const auto check = [&](const auto& sys) {
+        auto settings = tolerance<Oscillator>(1e-8);
+        const auto free = run(sys, m, settings);
+        for (const int most : {1, 3, 5, 8}) {
+            settings.max_events = most;
+            const auto r = run(sys, m, settings);
+            for (std::size_t i = 0; i < m.size(); ++i) {
+                const auto &o = r.outcomes[i], &f = free.outcomes[i];
+                CAPTURE(most, i, f.events, o.events);
+                if (f.events <= most) {
+                    CHECK(same(o, f));
+                    continue;
+                }
+                const auto s = by_flow<DormandPrince8>(sys, m[i], settings);
+                CHECK(o.status == Status::max_events);
+                CHECK(s.status == Status::max_events);
+                CHECK(o.events == most);
+                CHECK(o.mode == s.mode);
+                CHECK(std::abs(o.clock.absolute() - s.clock.absolute()) < 1e-6);
+                CHECK((o.x - s.x).cwiseAbs().maxCoeff() < 1e-6);
             }
-            const auto s = by_flow<DormandPrince8>(Oscillator{}, m[i], settings);
-            CHECK(o.status == Status::max_events);
-            CHECK(s.status == Status::max_events);
-            CHECK(o.events == most);
-            CHECK(o.mode == s.mode);
-            CHECK(std::abs(o.clock.absolute() - s.clock.absolute()) < 1e-6);
-            CHECK((o.x - s.x).cwiseAbs().maxCoeff() < 1e-6);
         }
-    }
-    settings = tolerance<Oscillator>(1e-8);
-    settings.max_steps = 10;
-    const auto r = run(Oscillator{}, m, settings);
-    for (const auto& o : r.outcomes)
-        CHECK(o.status == Status::max_steps);
+        settings = tolerance<Oscillator>(1e-8);
+        settings.max_steps = 10;
+        const auto r = run(sys, m, settings);
+        for (const auto& o : r.outcomes)
+            CHECK(o.status == Status::max_steps);
+    };
+    check(Oscillator{});
+    check(Unsolved<Oscillator>{});
 }
 
 TEST_CASE("lane_flow: a start that is not unique stops, or goes where it is told", "[lane_flow]") {

@@ -3,10 +3,10 @@
 // and parameters.
 //
 // Members wait in lists by what is to be done with them next: a start, a step in slip below or
-// above the surface, the end of one that falls through it, an event in such a step, a window of a
-// slide. A list is worked off in full
-// registers, so that no lane waits for another: one that is done is refilled from the list, and
-// goes on to the list of its next task. What a lane computes depends on its own member alone.
+// above the surface, the end of one that falls through it, an event in such a step, a step along a
+// slide or a window of one that is known in closed form, and what may end it. A list is worked off
+// in full registers, so that no lane waits for another: one that is done is refilled from the list,
+// and goes on to the list of its next task. What a lane computes depends on its own member alone.
 // Whatever is not plain (a touch, a tangency, a point where the solution is not unique, a field
 // that is not finite) goes to the scalar engine for a while, which judges it as it judges
 // everything.
@@ -37,6 +37,8 @@ template <class Sys, int W, class Tableau> class LaneFlow {
     using Rk = RungeKutta<Tableau, T, N>;
     using Times = StageTimes<Tableau, double>;
     static constexpr unsigned all_lanes = W == 32 ? ~0u : (1u << W) - 1u;
+    /// Slides are known in closed form.
+    static constexpr bool knows_slides = HasSlidingFlow<Sys, T>;
 
 public:
     LaneFlow(const Sys& sys, const Settings<double, N>& settings, const ScalarEngine<N, P>& scalar,
@@ -80,7 +82,7 @@ private:
         event_below, ///< of a step in doubt
         event_above,
         slide,
-        slide_end,
+        slide_end, ///< of a step or a window in doubt
         n_tasks
     };
     static constexpr Task slip_task(int side) { return side < 0 ? slip_below : slip_above; }
@@ -94,16 +96,17 @@ private:
         index,       ///< of the period
         left,        ///< time to the end of the run, or of its leg
         proposal,    ///< of the next step
-        reach,       ///< where the next step should end at the latest; in a slide: of its end
-        trial,       ///< the step in doubt; the next window of a slide
+        reach,       ///< where the next step should end at the latest; in a window: of its end
+        trial,       ///< the step in doubt; the next window of a slide in closed form
         start_value, ///< of the guard at the start of the step; of s in a slide
         start_order, ///< of a root there, 0: none
         last_error,  ///< of the step control, with ...
         largest,     ///< ... the largest factor
         tries,       ///< steps
         state,
-        field = state + N, ///< there
-        n_changed = field + N,
+        field = state + N,  ///< there
+        across = field + N, ///< L1 - L2 there, in a slide that is not known in closed form
+        n_changed = across + (knows_slides ? 0 : 1),
         end_time = n_changed, ///< of the run, or of its leg
         end_index,
         n_moved,
@@ -257,9 +260,15 @@ private:
         case event_above:
             return meet<+1>(g);
         case slide:
-            return follow_slide(g);
+            if constexpr (knows_slides)
+                return follow_window(g);
+            else
+                return step_along(g);
         case slide_end:
-            return end_slide(g);
+            if constexpr (knows_slides)
+                return end_window(g);
+            else
+                return end_along(g);
         case n_tasks:
             break;
         }
@@ -369,6 +378,49 @@ private:
         return switching(sys_, t, x, p)[0];
     }
 
+    /// A trial step: how long, and what cut it to that.
+    struct Trial {
+        T dt;
+        Mask last; ///< it ends with the run or its leg
+        Mask cut;  ///< it goes no farther than `reach`
+    };
+    FILIPPOV_INLINE static Trial next_trial(const Group& g, const T& longest) {
+        const T wanted = min(g[proposal], longest);
+        Trial r;
+        r.cut = g[reach] < wanted;
+        const T dt = min(wanted, g[reach]);
+        r.last = dt >= g[left] * T(1 - 1e-9);
+        r.dt = select(r.last, g[left], dt);
+        return r;
+    }
+    /// Where a step is accurate enough; the step control takes note.
+    /// @param total    finite where all of the step is
+    /// @param shorter  gives the next trial where it is not
+    template <class Shorter>
+    FILIPPOV_INLINE Mask accept(Group& g, const Rk& rk, const X& x, const X& x1, const T& total,
+                                const Trial& r, const Shorter& shorter) const {
+        X weight;
+        for (int i = 0; i < N; ++i)
+            weight[i] = max(abs(x[i]), abs(x1[i]));
+        weight = scale(weight);
+        for (int i = 0; i < N; ++i)
+            weight[i] = r.dt / weight[i];
+        const T error = Tableau::squared_error(rk, weight);
+        const Mask sound = finite(total) & (error < T(infinite));
+        const Mask accepted = sound & (error <= T(1));
+
+        StepControl<Tableau, T> control{g[last_error], g[largest]};
+        const T next = r.dt * control.factor(error, accepted);
+        T proposed = select(accepted & (r.last | r.cut), max(next, g[proposal]), next);
+        if (any(~sound))
+            proposed = select(sound, proposed, shorter());
+        g.set(last_error, control.previous, sound);
+        g.set(largest, control.largest, sound);
+        g[proposal] = proposed;
+        g[tries] += T(1);
+        return accepted;
+    }
+
     // --- slip ----------------------------------------------------------------------------------
 
     /// A trial step of every lane. It is taken, or to be tried shorter, or in doubt: then it goes
@@ -376,11 +428,8 @@ private:
     template <int Side> FILIPPOV_FLATTEN void step(Group& g) {
         const X x = g.x();
         const Q p = g.p();
-        const T t = g[time], wanted = min(g[proposal], g[longest_step]);
-        const Mask cut = g[reach] < wanted;
-        T dt = min(wanted, g[reach]);
-        const Mask last = dt >= g[left] * T(1 - 1e-9);
-        dt = select(last, g[left], dt);
+        const Trial r = next_trial(g, g[longest_step]);
+        const T t = g[time], dt = r.dt;
 
         Rk rk;
         rk.k[0] = g.k0();
@@ -395,25 +444,8 @@ private:
         T total = sum(X(x1 + rk.sum_of_stages()));
         for (std::size_t k = 1; k <= Times::n; ++k)
             total += guard.probe[k];
-        X weight;
-        for (int i = 0; i < N; ++i)
-            weight[i] = max(abs(x[i]), abs(x1[i]));
-        weight = scale(weight);
-        for (int i = 0; i < N; ++i)
-            weight[i] = dt / weight[i];
-        const T error = Tableau::squared_error(rk, weight);
-        const Mask sound = finite(total) & (error < T(infinite));
-        const Mask accepted = sound & (error <= T(1));
-
-        StepControl<Tableau, T> control{g[last_error], g[largest]};
-        const T next = dt * control.factor(error, accepted);
-        T proposed = select(accepted & (last | cut), max(next, g[proposal]), next);
-        if (any(~sound))
-            proposed = select(sound, proposed, shorter_than(g, x, p, dt));
-        g.set(last_error, control.previous, sound);
-        g.set(largest, control.largest, sound);
-        g[proposal] = proposed;
-        g[tries] += T(1);
+        const Mask accepted =
+            accept(g, rk, x, x1, total, r, [&] { return shorter_than(g, x, p, dt); });
         g.set(reach, guard.reach(dt, T(4) * resolution(t)), accepted);
 
         const Mask doubt = accepted & guard.doubtful(), taken = accepted & ~doubt;
@@ -425,9 +457,10 @@ private:
         advance(g, dt, taken);
         counters_.steps += std::popcount(g.active);
 
-        const Mask stuck = ~accepted & (proposed < resolution(t));
+        const Mask stuck = ~accepted & (g[proposal] < resolution(t));
         const Mask gone = taken & beyond_bounds(x1);
-        const Mask ended = taken & last & ~gone, spent = g[tries] >= T(double(settings_.max_steps));
+        const Mask ended = taken & r.last & ~gone,
+                   spent = g[tries] >= T(double(settings_.max_steps));
         const unsigned leaving = (doubt | gone | ended | stuck | spent).word() & g.active;
         if (leaving == 0)
             return;
@@ -493,7 +526,8 @@ private:
         const auto rhs = [&](std::size_t, const T& tau, const X& y)
                              FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
         Landing at{g.x(), g.k0(), g[trial]};
-        const Mask landed = land(g, rk, rhs, foreseen<Side>(g, p), Mask(true), at);
+        const Mask landed =
+            land(g, rk, rhs, foreseen<Side>(g, p), Mask(true), at, surface_ahead(g, p));
         const Contact contact = judge<Side>(g, p, at, landed);
         const Mask met = landed & contact.plain;
         advance(g, at.dt, met);
@@ -552,7 +586,7 @@ private:
         v[n] = end - offset;
         const lanes::Look<W> look = lanes::look_along(v, rooted);
         const T guess = lanes::root(look, 1e-6, guard) * dt;
-        const Mask landed = land(g, rk, rhs, guess, look.found, at);
+        const Mask landed = land(g, rk, rhs, guess, look.found, at, surface_ahead(g, p));
         const Contact contact = judge<Side>(g, p, at, landed);
 
         const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
@@ -582,14 +616,20 @@ private:
         X x, field;
         T dt;
     };
-    /// Shortens steps until they end on the surface, by Newton on their length; the last correction
+    /// What a step is to end on.
+    /// @tparam Correction  Newton's, of the time at which a landing is there
+    template <class Correction> struct Target {
+        double near; ///< what the last correction may be, units of the step
+        Correction correction;
+    };
+    /// Shortens steps until they end on a target, by Newton on their length; the last correction
     /// is a Taylor step, once its error is below a hundredth of the tolerance.
     /// @param at  the whole step; where this succeeds, the shortened one
     /// @return    where it does
-    template <class Rhs>
-    Mask land(const Group& g, Rk& rk, Rhs& rhs, T d, const Mask& wanted, Landing& at) {
+    template <class Rhs, class Correction>
+    Mask land(const Group& g, Rk& rk, Rhs& rhs, T d, const Mask& wanted, Landing& at,
+              const Target<Correction>& target) {
         const X x = g.x(), k0 = g.k0(), tolerance = scale(x);
-        const Q p = g.p();
         const T t = g[time], longest = min(T(1.01) * at.dt, g[left]);
         Mask todo = wanted & g.members(), done(false);
         for (int k = 0; k < 8 && any(todo); ++k) {
@@ -601,16 +641,16 @@ private:
             X bend;
             for (int i = 0; i < N; ++i)
                 bend[i] = (tried.field[i] - k0[i]) / d;
-            T delta = correction(t, tried, p);
+            T delta = target.correction(tried);
             const T error = mean_square(bend, tolerance) * (delta * delta) * (delta * delta);
             const T next = d + delta;
             todo = todo & (next > T(0)) & (next < longest);
-            for (int n = 0; n < 2; ++n) { // the second one mends what the curvature of h left
+            for (int n = 0; n < 2; ++n) { // the second one mends what curvature left
                 nudge(tried, delta, bend);
-                delta = correction(t, tried, p);
+                delta = target.correction(tried);
             }
-            const Mask there =
-                todo & (error <= T(1e-4)) & (abs(delta) <= T(1e-3) * d) & (tried.dt < longest);
+            const Mask there = todo & (error <= T(1e-4)) & (abs(delta) <= T(target.near) * d) &
+                               (tried.dt < longest);
             at.x = select_each(there, tried.x, at.x);
             at.field = select_each(there, tried.field, at.field);
             at.dt = select(there, tried.dt, at.dt);
@@ -620,10 +660,13 @@ private:
         }
         return done;
     }
-    /// Newton's correction of the time at which h is zero.
-    T correction(const T& t, const Landing& at, const Q& p) const {
-        const T end = t + at.dt;
-        return -h(end, at.x, p) / normal_component(sys_, 0, end, at.x, p, at.field);
+    /// Where h is zero.
+    auto surface_ahead(const Group& g, const Q& p) const {
+        return Target{1e-3, [this, t = g[time], &p](const Landing& at) {
+                          const T end = t + at.dt;
+                          return -h(end, at.x, p) /
+                                 normal_component(sys_, 0, end, at.x, p, at.field);
+                      }};
     }
     static void nudge(Landing& at, const T& delta, const X& bend) {
         for (int i = 0; i < N; ++i) {
@@ -639,8 +682,8 @@ private:
         T mode;     ///< -1, 0 or +1
         Mask plain; ///< nothing to think about
         T h;        ///< what rounding leaves of it
-        X field;    ///< of the mode, unless it slides
-        T s;        ///< of a slide
+        X field;    ///< of the mode, unless its slides are known in closed form
+        T s, w;     ///< of a slide, and L1 - L2
     };
     /// The sizes of normal components that need no thought: see `departure`.
     struct Plainly {
@@ -664,7 +707,8 @@ private:
         const T rounding = rounding_band(sys_, 0, t, c.x, p);
         const Plainly size = plainly(b, rounding, g[proposal]);
         const Mask up1 = b.l1 > T(0), up2 = b.l2 > T(0);
-        c.s = (b.l1 + b.l2) / (b.l1 - b.l2);
+        c.w = b.l1 - b.l2;
+        c.s = (b.l1 + b.l2) / c.w;
         const T limit = s_max(sys_, p);
         // static friction: sliding is kept up to |s| = s_max, whatever the sides would do
         const Mask held =
@@ -676,6 +720,9 @@ private:
             c.plain = c.plain & (Side < 0 ? up1 : ~up2);
         c.mode = select(slides, T(0), select(up1, T(1), T(-1)));
         c.field = select_each(up1, b.f2, b.f1);
+        if constexpr (!knows_slides)
+            for (int i = 0; i < N; ++i)
+                c.field[i] = select(slides, (b.l1 * b.f2[i] - b.l2 * b.f1[i]) / c.w, c.field[i]);
         return c;
     }
     /// Members at a contact take up their next mode.
@@ -686,6 +733,8 @@ private:
         g.set(start_value, select(slides, c.s, c.mode * c.h), where);
         g.set(start_order, select(slides, T(0), T(1)), where);
         g.set(reach, T(infinite), where);
+        if constexpr (!knows_slides)
+            g.set(across, c.w, where);
         const T window = select(g[period_length] > T(0), T(0.125) * g[period_length], g[proposal]);
         g.set(trial, window, where & slides);
     }
@@ -726,109 +775,11 @@ private:
         lists_[slot.mode == 0 ? slide : slip_task(slot.mode)].push_back(s);
     }
 
-    // --- slides in closed form -----------------------------------------------------------------
+    // --- slides --------------------------------------------------------------------------------
 
-    static constexpr std::size_t n_window = WindowTimes<double>::n;
-
-    /// s at a time after the clock.
-    FILIPPOV_INLINE T s_after(const T& tau, const T& t, const X& x, const Q& p) const {
-        if constexpr (HasSlidingFlow<Sys, T>)
-            return sliding_margin(sys_, Mode<1>{}, t + tau, sys_.sliding_flow(t, x, p, tau), p).s;
-        else
-            return T(0);
-    }
-    FILIPPOV_INLINE X slid(const T& tau, const T& t, const X& x, const Q& p) const {
-        if constexpr (HasSlidingFlow<Sys, T>)
-            return sys_.sliding_flow(t, x, p, tau);
-        else
-            return x;
-    }
-
-    /// A window of a slide of every lane, as Segment::run_closed_form takes them.
-    FILIPPOV_FLATTEN void follow_slide(Group& g) {
-        if constexpr (!HasSlidingFlow<Sys, T>)
-            return each_lane(g.active, [&](int l) { hand_over(unload(g, l)); });
-        const X x = g.x();
-        const Q p = g.p();
-        const T t = g[time], limit = s_max(sys_, p);
-        const T half = select(g[period_length] > T(0), T(0.5) * g[period_length], T(infinite));
-        const T longest = min(half, g[longest_step]);
-        T dt = min(g[trial], longest);
-        const Mask last = dt >= g[left];
-        dt = select(last, g[left], dt);
-        counters_.windows += std::popcount(g.active);
-
-        std::array<T, n_window + 1> below, above;
-        T s = g[start_value];
-        for (std::size_t k = 0; k <= n_window; ++k) {
-            if (k > 0)
-                s = s_after(T(WindowTimes<double>::theta(k)) * dt, t, x, p);
-            below[k] = limit + s;
-            above[k] = limit - s;
-        }
-        const lanes::Look<W> down = lanes::look_in_window(below), up = lanes::look_in_window(above);
-        // both ends in sight: the window is too long to tell which comes first
-        const Mask hard = down.hard | up.hard | (down.found & up.found);
-        const Mask ends = (down.found | up.found) & ~hard;
-        const X x1 = slid(dt, t, x, p);
-        const Mask passes = ~hard & ~ends & finite(sum(x1));
-        const T shortest = T(1e-4) * select(g[period_length] > T(0), half, g[proposal]);
-        const Mask shorter = hard & (dt > shortest);
-
-        g.set(state, x1, passes);
-        g.set(start_value, s, passes);
-        g.set(trial, select(passes, T(4) * dt, select(shorter, T(0.5) * dt, dt)), ~Mask(false));
-        g.set(reach, select(down.found, down.low, up.low), ends);
-        g[tries] += T(1);
-        advance(g, dt, passes);
-        const Mask gone = passes & beyond_bounds(x1), stays = (passes & ~last & ~gone) | shorter,
-                   spent = g[tries] >= T(double(settings_.max_steps));
-        each_lane((~stays | spent).word() & g.active, [&](int l) {
-            if (ends[l])
-                leave(g, l, slide_end);
-            else if (gone[l])
-                finish(unload(g, l), Status::escaped);
-            else if (passes[l] && last[l])
-                end_leg(unload(g, l));
-            else
-                hand_over(unload(g, l));
-        });
-    }
-    /// The end of a slide in the piece of a window behind `reach`.
-    FILIPPOV_FLATTEN void end_slide(Group& g) {
-        const X x = g.x();
-        const Q p = g.p();
-        const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
-        const auto s_at = [&](const T& u) { return s_after(u * dt, t, x, p); };
-        lanes::Look<W> look;
-        look.low = g[reach];
-        look.high = look.low + T(1.0 / n_window);
-        const T s_low = s_at(look.low), s_high = s_at(look.high);
-        const Mask down = s_high < s_low;
-        const T sign = select(down, T(1), T(-1));
-        const auto margin = [&](const T& u) { return fused(sign, s_at(u), limit); };
-        look.value_low = fused(sign, s_low, limit);
-        look.value_high = fused(sign, s_high, limit);
-        look.found = look.value_low > T(0);
-        const T u = lanes::root(look, 4 * epsilon<double>, margin), d = u * dt;
-        const T apart(0x1p-13);
-        const T slope = (margin(u + apart) - margin(u - apart)) / (T(2) * apart * dt);
-        const X x1 = project(sys_, 0, t + d, slid(d, t, x, p), p, scale(x));
-        const Exit exit = judge_end(g, p, x1, t + d, sign, slope);
-        const Mask leaves = look.found & exit.plain & finite(sum(x1)) & (d < g[left]);
-
-        g.set(state, x1, leaves);
-        g.set(field, exit.field, leaves);
-        g.set(start_value, exit.h, leaves);
-        g.set(start_order, select(limit > T(1), T(1), T(2)), leaves);
-        g.set(reach, T(infinite), leaves);
-        advance(g, d, leaves);
-        each_lane(g.active, [&](int l) {
-            if (leaves[l])
-                enter_slip(unload(g, l), down[l] ? -1 : 1);
-            else
-                hand_over(unload(g, l));
-        });
+    /// Half of a period, in which a forced s shows its swings.
+    static T half_period(const Group& g) {
+        return select(g[period_length] > T(0), T(0.5) * g[period_length], T(infinite));
     }
 
     /// What goes on from the end of a slide.
@@ -859,6 +810,17 @@ private:
         e.h = -sign * h(t, x, p);
         return e;
     }
+    /// Members at the end of a slide take up the slip after it ...
+    static void leave_slide(Group& g, const T& limit, const Exit& exit, const X& x, const T& dt,
+                            const Mask& where) {
+        g.set(state, x, where);
+        g.set(field, exit.field, where);
+        g.set(start_value, exit.h, where);
+        g.set(start_order, select(limit > T(1), T(1), T(2)), where);
+        g.set(reach, T(infinite), where);
+        advance(g, dt, where);
+    }
+    /// ... and go to its list.
     void enter_slip(int s, int side) {
         Slot& slot = slots_[std::size_t(s)];
         if (!change_mode(s, side))
@@ -866,10 +828,253 @@ private:
         slot.before = 0;
         slot.guard = static_cast<signed char>(side < 0 ? Guard<1>::below(0) : Guard<1>::above(0));
         slot.slid += slot.slid_left - slot.v[left];
-        slot.v[proposal] = slot.before_slide;
+        // a slide may take far longer steps than the slip after it
+        slot.v[proposal] = std::min(slot.before_slide, slot.v[proposal]);
         if (population_.ends_at_exit)
             return finish(s, Status::event);
         go_on(s);
+    }
+
+    // --- slides not known in closed form -------------------------------------------------------
+
+    /// The slide at a point, which is put on the surface first, so that the fields need not exist
+    /// off it.
+    FILIPPOV_INLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
+                                             const X& size) const {
+        return sliding(sys_, Mode<1>{}, t, toward_surface(sys_, 0, t, x, p, size), p);
+    }
+    static T s_of(const Sliding<Sys, T>& a) { return T(0.5) * (a.below - a.above); }
+
+    /// A trial step along the slide of every lane: see `step`. The field of a slide can be
+    /// constant, and then no error estimate keeps a step from spanning many swings of s: s has to
+    /// be far from both ends to be out of doubt, and a step that shows swings is tried shorter.
+    FILIPPOV_FLATTEN void step_along(Group& g) {
+        const X x = g.x(), size = scale(x);
+        const Q p = g.p();
+        const Trial r = next_trial(g, min(half_period(g), g[longest_step]));
+        const T t = g[time], limit = s_max(sys_, p), dt = r.dt;
+
+        Rk rk;
+        rk.k[0] = g.k0();
+        lanes::Probed<Times, W> s{g[start_value], T(0), {}}, w{g[across], T(0), {}};
+        const auto rhs = [&](std::size_t k, const T& tau, const X& y) FILIPPOV_LAMBDA_INLINE {
+            const Sliding<Sys, T> at = slide_at(tau, y, p, size);
+            s.probe[k] = s_of(at);
+            w.probe[k] = at.w;
+            return at.f;
+        };
+        X x1;
+        rk.step(rhs, t, x, dt, x1);
+        T total = sum(X(x1 + rk.sum_of_stages()));
+        for (std::size_t k = 1; k <= Times::n; ++k)
+            total += s.probe[k] + w.probe[k];
+        const Mask accepted = accept(g, rk, x, x1, total, r, [&] { return T(0.25) * dt; });
+
+        const auto range = s.range(), range_w = w.range();
+        const T twice = T(2) * range.spread();
+        const Mask still = (limit + range.low > twice) & (limit - range.high > twice);
+        const T rounding(64 * epsilon<double> + settings_.rtol);
+        const Mask swings = accepted & ~still & (range.spread() > rounding) & (s.turns() > T(1)) &
+                            (dt > T(16) * resolution(t));
+        const Mask clear = still & (range_w.low > T(2) * range_w.spread());
+        const Mask taken = accepted & ~swings & clear, doubt = accepted & ~swings & ~clear;
+        x1 = project(sys_, 0, t + dt, x1, p, size);
+        g.set(reach, T(0.5) * dt, swings);
+        g.set(trial, dt, doubt);
+        go_along(g, {x1, rk.k[Rk::last], dt}, s.end(), w.end(), taken);
+        counters_.windows += std::popcount(g.active);
+
+        const Mask stuck = ~accepted & (g[proposal] < resolution(t));
+        const Mask gone = taken & beyond_bounds(x1);
+        const Mask ended = taken & r.last & ~gone,
+                   spent = g[tries] >= T(double(settings_.max_steps));
+        each_lane((doubt | gone | ended | stuck | spent).word() & g.active, [&](int l) {
+            if (doubt[l])
+                leave(g, l, slide_end);
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
+            else if (ended[l])
+                end_leg(unload(g, l));
+            else
+                hand_over(unload(g, l));
+        });
+    }
+    /// Members that go on in their slide, at the end of a step.
+    static void go_along(Group& g, const Landing& at, const T& s, const T& w, const Mask& where) {
+        g.set(state, at.x, where);
+        g.set(field, at.field, where);
+        g.set(start_value, s, where);
+        g.set(across, w, where);
+        g.set(reach, T(1.25) * g[reach], where);
+        advance(g, at.dt, where);
+    }
+
+    /// A step along a slide in doubt: taken again, looked along, and ended where the slide ends. A
+    /// step that does not show plainly which end it meets, if any, is tried shorter.
+    FILIPPOV_FLATTEN void end_along(Group& g) {
+        const X x = g.x(), size = scale(x);
+        const Q p = g.p();
+        const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
+        Rk rk;
+        rk.k[0] = g.k0();
+        const auto rhs = [&](std::size_t, const T& tau, const X& y)
+                             FILIPPOV_LAMBDA_INLINE { return slide_at(tau, y, p, size).f; };
+        Landing full;
+        full.dt = dt;
+        rk.step(rhs, t, x, dt, full.x);
+        full.x = project(sys_, 0, t + dt, full.x, p, size);
+        full.field = rk.k[Rk::last];
+        const auto path = rk.interpolant(rhs, t, x, dt, full.x);
+        const auto slide_in = [&](const T& u) {
+            return slide_at(fused(u, dt, t), path(u), p, size);
+        };
+        counters_.searches += std::popcount(g.active);
+
+        constexpr std::size_t n = 8;
+        std::array<T, n + 1> s, w, below, above;
+        s[0] = g[start_value];
+        w[0] = g[across];
+        for (std::size_t k = 1; k <= n; ++k) {
+            const Sliding<Sys, T> at = slide_in(T(double(k) / n));
+            s[k] = s_of(at);
+            w[k] = at.w;
+        }
+        for (std::size_t k = 0; k <= n; ++k) {
+            below[k] = limit + s[k];
+            above[k] = limit - s[k];
+        }
+        const Mask unrooted(false);
+        const lanes::Look<W> down = lanes::look_along(below, unrooted),
+                             up = lanes::look_along(above, unrooted),
+                             flat = lanes::look_along(w, unrooted);
+        const Mask hard = down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found;
+        const Mask ends = (down.found | up.found) & ~hard, passes = ~hard & ~ends;
+
+        lanes::Look<W> look;
+        const T sign = select(down.found, T(1), T(-1));
+        look.found = ends;
+        look.low = select(down.found, down.low, up.low);
+        look.high = select(down.found, down.high, up.high);
+        look.value_low = select(down.found, down.value_low, up.value_low);
+        look.value_high = select(down.found, down.value_high, up.value_high);
+        const auto margin = [&](const T& u) { return fused(sign, s_of(slide_in(u)), limit); };
+        const T u = lanes::root(look, 1e-6, margin), apart(0x1p-13);
+        const T slope = (margin(u + apart) - margin(u - apart)) / (T(2) * apart * dt);
+        const Target end{1e-9, [&](Landing& at) {
+                             at.x = project(sys_, 0, t + at.dt, at.x, p, size);
+                             const T s1 = s_of(slide_at(t + at.dt, at.x, p, size));
+                             return -fused(sign, s1, limit) / slope;
+                         }};
+        Landing at = full;
+        const Mask landed = land(g, rk, rhs, u * dt, ends, at, end);
+        const Exit exit = judge_end(g, p, at.x, t + at.dt, sign, slope);
+        const Mask leaves = landed & exit.plain & finite(sum(at.x));
+
+        const T shortest = T(1e-4) * min(half_period(g), g[proposal]);
+        const Mask shorter = hard & (dt > shortest);
+        const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(full.x);
+        g.set(reach, T(0.5) * dt, shorter);
+        leave_slide(g, limit, exit, at.x, at.dt, leaves);
+        go_along(g, full, s[n], w[n], passes);
+        each_lane(g.active, [&](int l) {
+            if (leaves[l])
+                enter_slip(unload(g, l), down.found[l] ? -1 : 1);
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
+            else if (last[l])
+                end_leg(unload(g, l));
+            else if (passes[l] || shorter[l])
+                leave(g, l, slide);
+            else
+                hand_over(unload(g, l));
+        });
+    }
+
+    // --- slides in closed form -----------------------------------------------------------------
+
+    static constexpr std::size_t n_window = WindowTimes<double>::n;
+
+    /// s at a time after the clock.
+    FILIPPOV_INLINE T s_after(const T& tau, const T& t, const X& x, const Q& p) const {
+        return sliding_margin(sys_, Mode<1>{}, t + tau, sys_.sliding_flow(t, x, p, tau), p).s;
+    }
+
+    /// A window of a slide of every lane, as Segment::run_closed_form takes them.
+    FILIPPOV_FLATTEN void follow_window(Group& g) {
+        const X x = g.x();
+        const Q p = g.p();
+        const T t = g[time], limit = s_max(sys_, p);
+        const T half = half_period(g), longest = min(half, g[longest_step]);
+        T dt = min(g[trial], longest);
+        const Mask last = dt >= g[left];
+        dt = select(last, g[left], dt);
+        counters_.windows += std::popcount(g.active);
+
+        std::array<T, n_window + 1> below, above;
+        T s = g[start_value];
+        for (std::size_t k = 0; k <= n_window; ++k) {
+            if (k > 0)
+                s = s_after(T(WindowTimes<double>::theta(k)) * dt, t, x, p);
+            below[k] = limit + s;
+            above[k] = limit - s;
+        }
+        const lanes::Look<W> down = lanes::look_in_window(below), up = lanes::look_in_window(above);
+        // both ends in sight: the window is too long to tell which comes first
+        const Mask hard = down.hard | up.hard | (down.found & up.found);
+        const Mask ends = (down.found | up.found) & ~hard;
+        const X x1 = sys_.sliding_flow(t, x, p, dt);
+        const Mask passes = ~hard & ~ends & finite(sum(x1));
+        const T shortest = T(1e-4) * select(g[period_length] > T(0), half, g[proposal]);
+        const Mask shorter = hard & (dt > shortest);
+
+        g.set(state, x1, passes);
+        g.set(start_value, s, passes);
+        g.set(trial, select(passes, T(4) * dt, select(shorter, T(0.5) * dt, dt)), ~Mask(false));
+        g.set(reach, select(down.found, down.low, up.low), ends);
+        g[tries] += T(1);
+        advance(g, dt, passes);
+        const Mask gone = passes & beyond_bounds(x1), stays = (passes & ~last & ~gone) | shorter,
+                   spent = g[tries] >= T(double(settings_.max_steps));
+        each_lane((~stays | spent).word() & g.active, [&](int l) {
+            if (ends[l])
+                leave(g, l, slide_end);
+            else if (gone[l])
+                finish(unload(g, l), Status::escaped);
+            else if (passes[l] && last[l])
+                end_leg(unload(g, l));
+            else
+                hand_over(unload(g, l));
+        });
+    }
+    /// The end of a slide in the piece of a window behind `reach`.
+    FILIPPOV_FLATTEN void end_window(Group& g) {
+        const X x = g.x();
+        const Q p = g.p();
+        const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
+        const auto s_at = [&](const T& u) { return s_after(u * dt, t, x, p); };
+        lanes::Look<W> look;
+        look.low = g[reach];
+        look.high = look.low + T(1.0 / n_window);
+        const T s_low = s_at(look.low), s_high = s_at(look.high);
+        const Mask down = s_high < s_low;
+        const T sign = select(down, T(1), T(-1));
+        const auto margin = [&](const T& u) { return fused(sign, s_at(u), limit); };
+        look.value_low = fused(sign, s_low, limit);
+        look.value_high = fused(sign, s_high, limit);
+        look.found = look.value_low > T(0);
+        const T u = lanes::root(look, 4 * epsilon<double>, margin), d = u * dt;
+        const T apart(0x1p-13);
+        const T slope = (margin(u + apart) - margin(u - apart)) / (T(2) * apart * dt);
+        const X x1 = project(sys_, 0, t + d, sys_.sliding_flow(t, x, p, d), p, scale(x));
+        const Exit exit = judge_end(g, p, x1, t + d, sign, slope);
+        const Mask leaves = look.found & exit.plain & finite(sum(x1)) & (d < g[left]);
+        leave_slide(g, limit, exit, x1, d, leaves);
+        each_lane(g.active, [&](int l) {
+            if (leaves[l])
+                enter_slip(unload(g, l), down[l] ? -1 : 1);
+            else
+                hand_over(unload(g, l));
+        });
     }
 
     // --- starts --------------------------------------------------------------------------------

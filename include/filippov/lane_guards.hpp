@@ -22,20 +22,44 @@ template <class Times, int W> struct Probed {
     /// Where the probes do not show that the guard stays clear of zero: see Trace::doubtful.
     FILIPPOV_INLINE LaneMask<W> doubtful() const {
         using T = Lanes<W>;
-        T low = start, high = start;
-        for (std::size_t k = 1; k <= Times::n; ++k) {
-            low = min(low, probe[k]);
-            high = max(high, probe[k]);
-        }
-        const T spread = high - low;
-        LaneMask<W> clear = low > T(0.3) * spread;
-        const LaneMask<W> perhaps = ~clear & (low > T(0.03) * spread);
+        const Range r = range();
+        const T spread = r.spread();
+        LaneMask<W> clear = r.low > T(0.3) * spread;
+        const LaneMask<W> perhaps = ~clear & (r.low > T(0.03) * spread);
         if (any(perhaps))
             clear = clear | (perhaps & monotone());
         const LaneMask<W> rooted = order > T(0);
         if (!any(rooted))
             return ~clear;
         return ~((rooted & divided_clear()) | (~rooted & clear));
+    }
+
+    /// The range over a step, start and probes.
+    struct Range {
+        Lanes<W> low, high;
+        Lanes<W> spread() const { return high - low; }
+    };
+    FILIPPOV_INLINE Range range() const {
+        Range r{start, start};
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            r.low = min(r.low, probe[k]);
+            r.high = max(r.high, probe[k]);
+        }
+        return r;
+    }
+    /// How often the values turn from rising to falling or back.
+    FILIPPOV_INLINE Lanes<W> turns() const {
+        using T = Lanes<W>;
+        T previous = start, last(0), n(0);
+        for (const std::size_t k : Times::in_time) {
+            if (k != Times::n && Times::theta(k) == 1.0)
+                continue; // an earlier, cruder stage at the end
+            const T change = probe[k] - previous;
+            n += select(change * last < T(0), T(1), T(0));
+            last = select(change == T(0), last, change);
+            previous = probe[k];
+        }
+        return n;
     }
 
     /// How far the next step should go: a fifth beyond the contact that a parabola through this one

@@ -50,7 +50,7 @@ struct LaneCounters {
     long long steps = 0;       ///< trial steps in slip that lanes took
     long long searches = 0;    ///< steps in doubt, taken again to look for events
     long long landings = 0;    ///< steps taken to land on events
-    long long windows = 0;     ///< of slides
+    long long windows = 0;     ///< of slides, and trial steps along those without a closed form
     long long handed_over = 0; ///< stretches that the scalar engine ran
     int width = 1;
 

@@ -43,7 +43,7 @@ class LaneStats:
     steps: int  #: trial steps in slip
     searches: int  #: steps in doubt, taken again to look for events
     landings: int  #: steps taken to land on events
-    windows: int  #: of slides
+    windows: int  #: of slides, and trial steps along those without a closed form
     handed_over: int  #: stretches that the scalar engine ran
     width: int  #: lanes in a register
 
