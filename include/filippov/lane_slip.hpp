@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Slip in lanes: starts, steps on either side of the surface, and what ends them.
+#pragma once
+
+#include <filippov/lane_landing.hpp>
+
+namespace filippov::lanes {
+
+/// The tasks of members in slip, a group at a time. Each says who does not stay for another trip.
+template <class Sys, int W, class Tableau> class Slip {
+    static constexpr int N = dim_v<Sys>;
+    using Group = lanes::Group<Sys, W>;
+    using Leaving = lanes::Leaving<W>;
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    using X = Vec<T, N>;
+    using Q = typename Group::Q;
+    using Rk = RungeKutta<Tableau, T, N>;
+    using Times = StageTimes<Tableau, double>;
+    using Probed = lanes::Probed<Times, W>;
+    using Landing = lanes::Landing<W, N>;
+    using Contact = lanes::Contact<W, N>;
+
+    static constexpr Task slip_task(int side) {
+        return side < 0 ? Task::slip_below : Task::slip_above;
+    }
+    static constexpr Task fall_task(int side) {
+        return side < 0 ? Task::fall_below : Task::fall_above;
+    }
+    static constexpr Task event_task(int side) {
+        return side < 0 ? Task::event_below : Task::event_above;
+    }
+
+public:
+    explicit Slip(Run<Sys>& run) : run_(run), sys_(run.sys) {}
+
+    /// Finds the mode by the sign of h, or as at any contact where h is zero.
+    Leaving begin(Group& g) const {
+        const X x = g.x();
+        const Q p = g.p();
+        const T t = g[time], value = h(t, x, p);
+        X atol;
+        for (int i = 0; i < N; ++i)
+            atol[i] = T(run_.settings.atol[i]);
+        const Mask on = abs(value) <= start_band(sys_, 0, t, x, p, atol);
+        const Mask below = value < T(0);
+        const X f = side(below, t, x, p);
+        const T natural = first_step(g, x, p, f, below);
+        const T first = run_.settings.first_step > 0 ? T(run_.settings.first_step) : natural;
+        const StepControl<Tableau, T> control;
+        g[proposal] = min(first, g[longest_step]);
+        g[last_error] = control.previous;
+        g[largest] = control.largest;
+        g[reach] = infinity<W>();
+        g[start_order] = T(0);
+        g.set_k0(f, ~on);
+        g.set(start_value, abs(value), ~on);
+        Contact c = judge<0>(run_, g, Landing{x, f, T(0)}, on);
+        c.mode = select(on, c.mode, select(below, T(-1), T(1)));
+        c.plain = (on & c.plain) | (~on & finite(sum(f)) & (abs(value) < infinity<W>()));
+        take_up(g, c, on & c.plain);
+        Leaving leaving(g.active);
+        send_on(leaving, c, c.plain);
+        return leaving;
+    }
+
+    /// A trial step of every lane. It is taken, or to be tried shorter, or in doubt: then it goes
+    /// to those who look for events.
+    template <int Side> FILIPPOV_FLATTEN Leaving step(Group& g) const {
+        const X x = g.x();
+        const Q p = g.p();
+        const Trial<W> r = next_trial(g, g[longest_step]);
+        const T t = g[time], dt = r.dt;
+
+        Rk rk;
+        rk.k[0] = g.k0();
+        Probed guard{g[start_value], g[start_order], {}};
+        const auto rhs = [&](std::size_t k, const T& tau, const X& y) FILIPPOV_LAMBDA_INLINE {
+            guard.probe[k] = T(Side) * h(tau, y, p);
+            return side<Side>(tau, y, p);
+        };
+        X x1;
+        rk.step(rhs, t, x, dt, x1);
+        T total = sum(X(x1 + rk.sum_of_stages()));
+        for (std::size_t k = 1; k <= Times::n; ++k)
+            total += guard.probe[k];
+        const Mask accepted =
+            accept(run_, g, rk, x, x1, total, r, [&] { return shorter_than(g, x, p, dt); });
+        g.set(reach, guard.reach(dt, T(4) * resolution(t)), accepted);
+
+        const Mask doubt = accepted & guard.doubtful(), taken = accepted & ~doubt;
+        g.set(trial, dt, doubt);
+        g.set_x(x1, taken);
+        g.set_k0(rk.k[Rk::last], taken);
+        g.set(start_value, guard.end(), taken);
+        g.set(start_order, T(0), taken);
+        advance(g, dt, taken);
+        run_.counters.steps += std::popcount(g.active);
+
+        const Mask gone = taken & beyond_bounds(run_, x1), ended = taken & r.last;
+        Leaving leaving((doubt | gone | ended | gives_up(run_, g, accepted, t)).word() & g.active);
+        if (leaving.lanes == 0)
+            return leaving;
+        leaving.send(doubt & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
+        leaving.send(doubt, event_task(Side));
+        leaving.send(gone, Task::escape);
+        leaving.send(ended, Task::end_leg);
+        return leaving;
+    }
+
+    /// A step that falls through the surface: its end is sought at once. Where that is not found as
+    /// plainly, it is looked along like any other step in doubt.
+    template <int Side> FILIPPOV_FLATTEN Leaving fall(Group& g) const {
+        const Q p = g.p();
+        Rk rk;
+        rk.k[0] = g.k0();
+        const auto rhs = [&](std::size_t, const T& tau, const X& y)
+                             FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
+        Landing at{g.x(), g.k0(), g[trial]};
+        const Mask landed =
+            land(run_, g, rk, rhs, foreseen<Side>(g, p), Mask(true), at, surface_ahead(g, p));
+        const Contact contact = judge<Side>(run_, g, at, landed);
+        const Mask met = landed & contact.plain;
+        advance(g, at.dt, met);
+        take_up(g, contact, met);
+        Leaving leaving(g.active);
+        send_on(leaving, contact, met);
+        leaving.send(Mask(true), event_task(Side));
+        return leaving;
+    }
+
+    /// A step in doubt: taken again, looked along, and ended at the event if there is one.
+    template <int Side> FILIPPOV_FLATTEN Leaving meet(Group& g) const {
+        const Q p = g.p();
+        const T t = g[time], dt = g[trial];
+        Rk rk;
+        rk.k[0] = g.k0();
+        const auto rhs = [&](std::size_t, const T& tau, const X& y)
+                             FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
+        Landing at;
+        at.dt = dt;
+        rk.step(rhs, t, g.x(), dt, at.x);
+        const X full = at.x, full_field = rk.k[Rk::last];
+        at.field = full_field;
+        const auto path = rk.interpolant(rhs, t, g.x(), dt, full);
+        run_.counters.searches += std::popcount(g.active);
+
+        const Mask rooted = g[start_order] > T(0), twice = g[start_order] > T(1);
+        const T offset = select(rooted, g[start_value], T(0));
+        const auto guard = [&](const T& u) {
+            const T raw = T(Side) * h(fused(u, dt, t), path(u), p) - offset;
+            return raw / select(twice, u * u, select(rooted, u, T(1)));
+        };
+        constexpr std::size_t n = 8;
+        std::array<T, n + 1> v;
+        v[0] = g[start_value];
+        for (std::size_t k = 1; k < n; ++k)
+            v[k] = guard(T(double(k) / n));
+        const T end = T(Side) * h(t + dt, full, p);
+        v[n] = end - offset;
+        const Look<W> look = look_along(v, rooted);
+        const T guess = root(look, 1e-6, guard) * dt;
+        const Mask landed = land(run_, g, rk, rhs, guess, look.found, at, surface_ahead(g, p));
+        const Contact contact = judge<Side>(run_, g, at, landed);
+
+        const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
+        const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(run_, full);
+        g.set_x(full, passes);
+        g.set_k0(full_field, passes);
+        g.set(start_value, end, passes);
+        g.set(start_order, T(0), passes);
+        advance(g, select(passes, dt, at.dt), passes | met);
+        take_up(g, contact, met);
+        Leaving leaving(g.active);
+        send_on(leaving, contact, met);
+        leaving.send(gone, Task::escape);
+        leaving.send(last, Task::end_leg);
+        leaving.send(passes, slip_task(Side));
+        return leaving;
+    }
+
+private:
+    template <int Side> FILIPPOV_INLINE X side(const T& t, const X& x, const Q& p) const {
+        if constexpr (Side < 0)
+            return sys_.f1(t, x, p);
+        else
+            return sys_.f2(t, x, p);
+    }
+    X side(const Mask& below, const T& t, const X& x, const Q& p) const {
+        return select_each(below, side<-1>(t, x, p), side<+1>(t, x, p));
+    }
+    FILIPPOV_INLINE T h(const T& t, const X& x, const Q& p) const {
+        return switching(sys_, t, x, p)[0];
+    }
+
+    /// Hairer, Norsett, Wanner I, II.4, with a coarser power.
+    T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
+        const X size = scale(run_.settings, x);
+        const T d0 = mean_square(x, size), d1 = mean_square(f, size);
+        const T span = select(g[left] > T(0), g[left], T(1)); // its first leg may have no length
+        const T h0 =
+            select((d0 < T(1e-10)) | (d1 < T(1e-10)), T(1e-6) * span, T(0.01) * sqrt(d0 / d1));
+        X y;
+        for (int i = 0; i < N; ++i)
+            y[i] = fused(h0, f[i], x[i]);
+        const X change = side(below, g[time] + h0, y, p) - f;
+        const T d2 = mean_square(change, size) / (h0 * h0), rate = max(d1, d2);
+        const T power = T(-0.5 / Tableau::order) * detail::log2_of(T(rate * T(1e4)));
+        const T h1 =
+            select(rate <= T(1e-30), max(T(1e-6) * span, T(1e-3) * h0), detail::exp2_of(power));
+        const T first = min(min(T(100) * h0, h1), span);
+        return select((first > T(0)) & (first < infinity<W>()), first, T(1e-6) * span);
+    }
+    /// The next trial after a stage that was not finite: nearly to the surface if the step led
+    /// across it, else a quarter.
+    FILIPPOV_COLD T shorter_than(const Group& g, const X& x, const Q& p, const T& dt) const {
+        const T eta = -h(g[time], x, p) / normal_component(sys_, 0, g[time], x, p, g.k0());
+        return select((eta > T(0)) & (eta < dt), T(0.9) * eta, T(0.25) * dt);
+    }
+
+    /// Where a step falls through the surface, once and all the way: from stage to stage, with
+    /// slopes at both ends that lead down. Its end is left in the group.
+    template <int Side>
+    FILIPPOV_INLINE Mask falls_through(Group& g, const Rk& rk, const Probed& guard, const T& dt,
+                                       const X& x1, const Q& p) const {
+        // the clock of a step in doubt has not moved
+        const T end = g[time] + dt;
+        g[fall_end] = guard.end();
+        g[fall_slope] = T(Side) * normal_component(sys_, 0, end, x1, p, rk.k[Rk::last]);
+        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        return guard.falls() & (slope0 < T(0)) & (g[fall_slope] < T(0)) & (g[fall_end] < T(0));
+    }
+    /// When a falling guard is zero, by Newton on the cubic through its ends.
+    template <int Side> T foreseen(const Group& g, const Q& p) const {
+        const T dt = g[trial], h0 = g[start_value], rise = g[fall_end] - h0;
+        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        const T bend = fused(dt, slope0, -rise), tilt = fused(-dt, g[fall_slope], rise) - bend;
+        T u = h0 / -rise;
+        for (int k = 0; k < 3; ++k) {
+            // h(u) = h0 + u (rise + (1 - u) (bend + u tilt))
+            const T v = T(1) - u, inner = fused(u, tilt, bend);
+            const T value = fused(u, fused(v, inner, rise), h0);
+            const T slope = fused(u * v, tilt, fused(v - u, inner, rise));
+            u = min(max(u - value / slope, T(0)), T(1));
+        }
+        return u * dt;
+    }
+    /// Where h is zero.
+    auto surface_ahead(const Group& g, const Q& p) const {
+        return Target{1e-3, [this, t = g[time], &p](const Landing& at) {
+                          const T end = t + at.dt;
+                          return -h(end, at.x, p) /
+                                 normal_component(sys_, 0, end, at.x, p, at.field);
+                      }};
+    }
+
+    Run<Sys>& run_;
+    const Sys& sys_;
+};
+
+} // namespace filippov::lanes
