@@ -117,7 +117,8 @@ template <class Sys, int W> struct Group {
     using Q = Vec<T, params_v<Sys>>;
     static constexpr unsigned all_lanes = W == 32 ? ~0u : (1u << W) - 1u;
 
-    std::array<T, Slot::n_fields> v;
+    std::array<T, Slot::param> v;
+    Q params;
     std::array<int, W> slot;
     unsigned active = 0;
 
@@ -126,7 +127,7 @@ template <class Sys, int W> struct Group {
     X x() const { return vector<dim_v<Sys>>(Slot::state); }
     /// The field of the mode there: the first stage of the next step.
     X k0() const { return vector<dim_v<Sys>>(Slot::field); }
-    Q p() const { return vector<params_v<Sys>>(Slot::param); }
+    const Q& p() const { return params; } // there may be many
     Mask members() const { return Mask::from_word(active); }
 
     void set(Field f, const T& value, const Mask& where) {
@@ -208,8 +209,11 @@ public:
     /// nothing strange, and all have the parameters, should these be the same.
     void begin(Group& g, Task task) {
         const int s = list(task).back();
-        for (std::size_t f = 0; f < Slot::n_fields; ++f)
-            g.v[f] = T((*this)[s].v[f]);
+        const Slot& first = (*this)[s];
+        for (std::size_t f = 0; f < Slot::param; ++f)
+            g.v[f] = T(first.v[f]);
+        for (std::size_t i = 0; i < Slot::P; ++i)
+            g.params[Eigen::Index(i)] = T(first.v[Slot::param + i]);
         g.slot.fill(s);
         fill(g, task);
     }
@@ -217,9 +221,7 @@ public:
     void fill(Group& g, Task task) {
         List& from = list(task);
         const bool falls = task == Task::fall_below || task == Task::fall_above;
-        const std::size_t n = !same_params_ ? Slot::n_fields
-                              : falls       ? Slot::n_of_fall
-                                            : Slot::n_moved;
+        const std::size_t n = falls ? Slot::n_of_fall : Slot::n_moved;
         if (g.active == 0 && from.size() >= std::size_t(W))
             return load_all(g, from, n);
         for (unsigned idle = Group::all_lanes & ~g.active; idle != 0 && !from.empty();
@@ -249,8 +251,11 @@ private:
     void load(Group& g, int l, int s, std::size_t n) {
         const Slot& from = (*this)[s];
         const auto lane = LaneMask<W>::from_word(1u << l);
-        for (std::size_t f = 0; f < n; ++f) // whole registers: a part stored, and the whole loaded
-            g.v[f] = select(lane, T(from.v[f]), g.v[f]); // at once, would wait for the memory
+        // whole registers: a part stored, and the whole loaded at once, would wait for the memory
+        const auto put = [&](T& to, std::size_t f) { to = select(lane, T(from.v[f]), to); };
+        for (std::size_t f = 0; f < n; ++f)
+            put(g.v[f], f);
+        each_param([&](std::size_t i) { put(g.params[Eigen::Index(i)], Slot::param + i); });
         g.slot[std::size_t(l)] = s;
         g.active |= 1u << l;
     }
@@ -262,9 +267,18 @@ private:
             from[l] = (*this)[list.back()].v.data();
             list.pop_back();
         }
+        const auto put = [&](T& to, std::size_t f) {
+            to = T::of([&](int l) { return from[std::size_t(l)][f]; });
+        };
         for (std::size_t f = 0; f < n; ++f)
-            g.v[f] = T::of([&](int l) { return from[std::size_t(l)][f]; });
+            put(g.v[f], f);
+        each_param([&](std::size_t i) { put(g.params[Eigen::Index(i)], Slot::param + i); });
         g.active = Group::all_lanes;
+    }
+    /// Those that differ from member to member.
+    template <class F> void each_param(const F& f) const {
+        for (std::size_t i = 0; i < Slot::P && !same_params_; ++i)
+            f(i);
     }
 
     const bool same_params_;

@@ -106,7 +106,7 @@ Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     const Sys& sys = run.sys;
-    const auto p = g.p();
+    const auto& p = g.p();
     const T t = g[time] + select(where, at.dt, T(0));
     Contact<W, N> c;
     c.x = project(sys, 0, t, at.x, p, scale(run.settings, at.x));
@@ -171,7 +171,7 @@ Exit<W, N> judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lane
                      const Lanes<W>& t, const Lanes<W>& sign, const Lanes<W>& slope) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
-    const auto p = g.p();
+    const auto& p = g.p();
     const Sides<Sys, T> b = both_sides(run.sys, Mode<1>{}, 0, t, x, p);
     const Mask below = sign > T(0), kinetic = s_max(run.sys, p) > T(1);
     const T tau = g[proposal], w = b.l1 - b.l2;

@@ -26,7 +26,7 @@ public:
     /// A window of every lane.
     FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x();
-        const Q p = g.p();
+        const Q& p = g.p();
         const T t = g[time], limit = s_max(sys_, p);
         const T half = half_period(g), longest = min(half, g[longest_step]);
         T dt = min(g[trial], longest);
@@ -70,7 +70,7 @@ public:
     /// The end of a slide in the piece of a window behind `reach`.
     FILIPPOV_FLATTEN Leaving end(Group& g) const {
         const X x = g.x();
-        const Q p = g.p();
+        const Q& p = g.p();
         const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
         const auto s_at = [&](const T& u) { return s_after(u * dt, t, x, p); };
         Look look;
@@ -130,7 +130,7 @@ public:
     /// both ends to be out of doubt, and a step that shows swings is tried shorter.
     FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x(), size = scale(run_.settings, x);
-        const Q p = g.p();
+        const Q& p = g.p();
         const Trial<W> r = next_trial(g, min(half_period(g), g[longest_step]));
         const T t = g[time], limit = s_max(sys_, p), dt = r.dt;
 
@@ -176,7 +176,7 @@ public:
     /// not show plainly which end it meets, if any, is tried shorter.
     FILIPPOV_FLATTEN Leaving end(Group& g) const {
         const X x = g.x(), size = scale(run_.settings, x);
-        const Q p = g.p();
+        const Q& p = g.p();
         const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
         Rk rk;
         rk.k[0] = g.k0();

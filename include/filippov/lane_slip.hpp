@@ -37,7 +37,7 @@ public:
     /// Finds the mode by the sign of h, or as at any contact where h is zero.
     Leaving begin(Group& g) const {
         const X x = g.x();
-        const Q p = g.p();
+        const Q& p = g.p();
         const T t = g[time], value = h(t, x, p);
         X atol;
         for (int i = 0; i < N; ++i)
@@ -68,7 +68,7 @@ public:
     /// to those who look for events.
     template <int Side> FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x();
-        const Q p = g.p();
+        const Q& p = g.p();
         const Trial<W> r = next_trial(g, g[longest_step]);
         const T t = g[time], dt = r.dt;
 
@@ -111,7 +111,7 @@ public:
     /// A step that falls through the surface: its end is sought at once. Where that is not found as
     /// plainly, it is looked along like any other step in doubt.
     template <int Side> FILIPPOV_FLATTEN Leaving fall(Group& g) const {
-        const Q p = g.p();
+        const Q& p = g.p();
         Rk rk;
         rk.k[0] = g.k0();
         const auto rhs = [&](std::size_t, const T& tau, const X& y)
@@ -131,7 +131,7 @@ public:
 
     /// A step in doubt: taken again, looked along, and ended at the event if there is one.
     template <int Side> FILIPPOV_FLATTEN Leaving meet(Group& g) const {
-        const Q p = g.p();
+        const Q& p = g.p();
         const T t = g[time], dt = g[trial];
         Rk rk;
         rk.k[0] = g.k0();

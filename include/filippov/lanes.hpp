@@ -70,6 +70,8 @@ template <> struct LaneRegister<1> {
     static double larger(double a, double b) { return a < b ? b : a; }
     static double fused(double a, double b, double c) { return filippov::fused(a, b, c); }
     static double root(double v) { return std::sqrt(v); }
+    static std::int64_t bits(double v) { return std::bit_cast<std::int64_t>(v); }
+    static double of_bits(std::int64_t n) { return std::bit_cast<double>(n); }
     static double number(std::int64_t n) { return static_cast<double>(n); }
     static std::int64_t integer(double v) { return static_cast<std::int64_t>(v); }
 };
@@ -85,6 +87,7 @@ template <class T, int W> struct CompilerVector {
 template <int W> struct VectorRegister {
     using Value = typename CompilerVector<double, W>::type;
     using Integer = typename CompilerVector<std::int64_t, W>::type;
+    using Unsigned = typename CompilerVector<std::uint64_t, W>::type;
     using Mask = Integer;
 
     static double get(const Value& v, int l) { return v[l]; }
@@ -140,10 +143,14 @@ template <int W> struct VectorRegister {
         return all;
     }
     FILIPPOV_INLINE static Mask mask(unsigned word) {
-        Mask m{};
-        for (int l = 0; l < W; ++l)
-            m[l] = -static_cast<std::int64_t>((word >> l) & 1u);
-        return m;
+        return [&]<int... L>(std::integer_sequence<int, L...>) FILIPPOV_LAMBDA_INLINE {
+#if defined(__AVX2__)
+            const auto shifted = (Unsigned{} + word) >> Unsigned{L...};
+            return -reinterpret_cast<Mask>(shifted & 1u);
+#else
+            return Mask{-static_cast<std::int64_t>((word >> L) & 1u)...};
+#endif
+        }(std::make_integer_sequence<int, W>{});
     }
     FILIPPOV_INLINE static Value choose(const Mask& m, const Value& a, const Value& b) {
 #if defined(__AVX__)
@@ -213,11 +220,24 @@ template <int W> struct VectorRegister {
             r[l] = std::sqrt(v[l]);
         return r;
     }
+    FILIPPOV_INLINE static Integer bits(const Value& v) { return reinterpret_cast<Integer>(v); }
+    FILIPPOV_INLINE static Value of_bits(const Integer& n) { return reinterpret_cast<Value>(n); }
+    /// Either half as the last digits of a number large enough, and both together rounded once.
     FILIPPOV_INLINE static Value number(const Integer& n) {
-        return __builtin_convertvector(n, Value);
+        constexpr std::int64_t low = 0x4330000000000000, // 2^52
+            high = 0x4530000080000000;                   // 2^84 + 2^63
+        const Value lower = of_bits((n & 0xffffffff) | low);
+        const Value upper =
+            of_bits(reinterpret_cast<Integer>(reinterpret_cast<Unsigned>(n) >> 32) ^ high);
+        return (upper - (0x1p84 + 0x1p63 + 0x1p52)) + lower;
     }
+    /// The nearest integer, where the language takes the lower one: above 2^52 all are integers.
     FILIPPOV_INLINE static Integer integer(const Value& v) {
-        return __builtin_convertvector(v, Integer);
+        constexpr double rounds = 0x1.8p52; // what is added to it is rounded to an integer
+        const Value upper = v * 0x1p-32 + rounds;
+        const Value lower = (v - (upper - rounds) * 0x1p32) + rounds;
+        const Integer zero = bits(rounds - Value{});
+        return ((bits(upper) - zero) << 32) + (bits(lower) - zero);
     }
 
 private:
@@ -258,6 +278,12 @@ template <> struct LaneRegister<8> : VectorRegister<8> {
     FILIPPOV_INLINE static Value larger(const Value& a, const Value& b) {
         return _mm512_mask_max_pd(a, 0xff, b, a);
     }
+    FILIPPOV_INLINE static Value number(const Integer& n) {
+        return __builtin_convertvector(n, Value);
+    }
+    FILIPPOV_INLINE static Integer integer(const Value& v) {
+        return __builtin_convertvector(v, Integer);
+    }
 };
 #endif
 #endif
@@ -272,7 +298,6 @@ template <int W> struct LaneLayout {
         T part[n];
     };
     using Values = Array<typename Register::Value>;
-    using Integers = Array<typename Register::Integer>;
     using Masks = Array<typename Register::Mask>;
 };
 
@@ -332,7 +357,6 @@ template <int W> struct Lanes {
     using Layout = detail::LaneLayout<W>;
     using Register = typename Layout::Register;
     using Array = typename Layout::Values;
-    using IntegerArray = typename Layout::Integers;
     using Mask = LaneMask<W>;
     static constexpr int width = W;
 
@@ -340,6 +364,13 @@ template <int W> struct Lanes {
 
     Lanes() = default;
     explicit Lanes(const Array& values) : v(values) {}
+    // Not left to the compiler: it would copy several at once, by parts of registers, and to load
+    // a whole register where parts were stored takes long.
+    FILIPPOV_INLINE Lanes(const Lanes& other) : v(other.v) {}
+    FILIPPOV_INLINE Lanes& operator=(const Lanes& other) {
+        v = other.v;
+        return *this;
+    }
     FILIPPOV_INLINE Lanes(double everywhere) {
         for (int k = 0; k < Layout::n; ++k)
             v.part[k] = everywhere - typename Register::Value{};
@@ -418,8 +449,9 @@ template <int W> struct Lanes {
             [](const auto& x, const auto& y) { return Register::larger(x, y); }, a.v, b.v));
     }
     FILIPPOV_INLINE friend Lanes abs(const Lanes& a) {
-        return from_bits(detail::in_registers<IntegerArray>(
-            [](const auto& x) { return x & 0x7fffffffffffffff; }, a.bits()));
+        return Lanes(detail::in_registers<Array>(
+            [](const auto& x) { return Register::of_bits(Register::bits(x) & 0x7fffffffffffffff); },
+            a.v));
     }
     /// a b + c, rounded once where the machine can do that as fast as twice.
     FILIPPOV_INLINE friend Lanes fused(const Lanes& a, const Lanes& b, const Lanes& c) {
@@ -443,18 +475,20 @@ template <int W> struct Lanes {
     }
     /// value with its sign changed where `rounded`, an integer plus 1.5 * 2^52, is odd.
     FILIPPOV_INLINE friend Lanes flip_if_odd(const Lanes& value, const Lanes& rounded) {
-        return from_bits(detail::in_registers<IntegerArray>(
-            [](const auto& x, const auto& n) { return x ^ (n << 63); }, value.bits(),
-            rounded.bits()));
+        return Lanes(detail::in_registers<Array>(
+            [](const auto& x, const auto& n) {
+                return Register::of_bits(Register::bits(x) ^ (Register::bits(n) << 63));
+            },
+            value.v, rounded.v));
     }
     // The bits of each lane as a number, and back: logarithms and powers of 2, roughly.
     FILIPPOV_INLINE friend Lanes number_of_bits(const Lanes& a) {
-        return Lanes(detail::in_registers<Array>([](const auto& n) { return Register::number(n); },
-                                                 a.bits()));
+        return Lanes(detail::in_registers<Array>(
+            [](const auto& x) { return Register::number(Register::bits(x)); }, a.v));
     }
     FILIPPOV_INLINE friend Lanes with_bits(const Lanes& a) {
-        return from_bits(detail::in_registers<IntegerArray>(
-            [](const auto& x) { return Register::integer(x); }, a.v));
+        return Lanes(detail::in_registers<Array>(
+            [](const auto& x) { return Register::of_bits(Register::integer(x)); }, a.v));
     }
 
     // The library's functions, one lane after the other.
@@ -497,10 +531,6 @@ private:
 
     FILIPPOV_INLINE Mask is_near() const {
         return abs(*this) < Lanes(elementary::detail::near_bound);
-    }
-    FILIPPOV_INLINE IntegerArray bits() const { return std::bit_cast<IntegerArray>(v); }
-    FILIPPOV_INLINE static Lanes from_bits(const IntegerArray& bits) {
-        return Lanes(std::bit_cast<Array>(bits));
     }
     template <class F, class... A> static Lanes each(F f, const A&... a) {
         Lanes r;

@@ -5,8 +5,8 @@
 #include <filippov/any_lanes.hpp>
 #include <filippov/any_system.hpp>
 #include <filippov/cells.hpp>
-#include <filippov/maps.hpp>
 #include <filippov/exit_basins.hpp>
+#include <filippov/maps.hpp>
 
 #include <algorithm>
 #include <array>
