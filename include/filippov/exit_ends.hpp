@@ -50,6 +50,8 @@ private:
         for (const int boundary : {-1, 1}) {
             const auto& nodes = search_.cubics->nodes(boundary);
             for (std::size_t k = 0; k + 1 < nodes.size() && !full(); ++k) {
+                if (search_.interrupted())
+                    return;
                 const double a = nodes[k].phase, b = nodes[k + 1].phase;
                 // As fine as cells at least: cubics may be long where the map is smooth.
                 const int parts = 1 + int((b - a) / turn * search_.settings.cells);

@@ -89,7 +89,8 @@ struct ExitSearch {
         found.distance = settings.distance;
     }
     void fail(Status status, std::string why) {
-        if (found.status != Status::ok) // the first failure wins
+        // the first failure wins, but for an interruption
+        if (found.status != Status::ok && status != Status::interrupted)
             return;
         found.status = status;
         found.message = std::move(why);

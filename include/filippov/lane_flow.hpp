@@ -165,8 +165,11 @@ private:
     void enter(int s, int mode, bool starts) {
         Slot& slot = pool_[s];
         const signed char before = starts ? Slot::none : slot.mode;
+        const bool exits = slot.mode == 0 && mode != 0; // handed back at the very end of its slide
         if (!change_mode(s, mode))
             return;
+        if (exits && population_.ends_at_exit)
+            return finish(s, Status::event);
         slot.before = before;
         slot.guard = static_cast<signed char>(Guard<1>::below(0));
         if (slot.mode == 0) {

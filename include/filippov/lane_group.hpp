@@ -14,10 +14,12 @@
 namespace filippov {
 
 /// Systems whose members can run in lanes. A system that branches on its scalars declares
-/// `static constexpr bool lanes = false`, and is run by the scalar engine.
+/// `static constexpr bool lanes = false`, and is run by the scalar engine; so is one whose static
+/// friction is known for plain numbers only.
 template <class Sys>
-concept RunsInLanes = surfaces_v<Sys> == 1 && HasSides<Sys, Lanes<1>> && HasSwitch<Sys, Lanes<1>> &&
-                      !requires { requires !Sys::lanes; };
+concept RunsInLanes =
+    surfaces_v<Sys> == 1 && HasSides<Sys, Lanes<1>> && HasSwitch<Sys, Lanes<1>> &&
+    HasSMax<Sys, Lanes<1>> == HasSMax<Sys, double> && !requires { requires !Sys::lanes; };
 
 namespace lanes {
 
@@ -221,7 +223,8 @@ public:
     void fill(Group& g, Task task) {
         List& from = list(task);
         const bool falls = task == Task::fall_below || task == Task::fall_above;
-        const std::size_t n = falls ? Slot::n_of_fall : Slot::n_moved;
+        // a member with its own parameters may have its own period
+        const std::size_t n = !same_params_ ? Slot::param : falls ? Slot::n_of_fall : Slot::n_moved;
         if (g.active == 0 && from.size() >= std::size_t(W))
             return load_all(g, from, n);
         for (unsigned idle = Group::all_lanes & ~g.active; idle != 0 && !from.empty();

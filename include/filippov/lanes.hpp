@@ -366,9 +366,10 @@ template <int W> struct Lanes {
     explicit Lanes(const Array& values) : v(values) {}
     // Not left to the compiler: it would copy several at once, by parts of registers, and to load
     // a whole register where parts were stored takes long.
-    FILIPPOV_INLINE Lanes(const Lanes& other) : v(other.v) {}
+    FILIPPOV_INLINE Lanes(const Lanes& other) { *this = other; }
     FILIPPOV_INLINE Lanes& operator=(const Lanes& other) {
-        v = other.v;
+        for (int k = 0; k < Layout::n; ++k)
+            v.part[k] = other.v.part[k];
         return *this;
     }
     FILIPPOV_INLINE Lanes(double everywhere) {

@@ -76,6 +76,12 @@ private:
         std::size_t k = 0;
         for (std::size_t i = 0; i < raw_.size(); ++i) {
             BasinEnd end = raw_[i].end;
+            // Led across phase 0: it stays on the side of its intervals.
+            if (std::abs(end.at.phase - raw_[i].at.phase) > turn / 2) {
+                const double edge = raw_[i].at.phase < turn / 2 ? 0 : ExitSearch::last_phase;
+                end.uncertainty += std::abs(around(end.at.phase - edge));
+                end.at.phase = edge;
+            }
             // Nearer to each other than they are known: their order is kept.
             if (i > 0 && found_.ends.back().at.boundary == end.at.boundary &&
                 end.at.phase < found_.ends.back().at.phase) {
