@@ -80,6 +80,10 @@ struct DrawnCurved {
 struct DrawnSticky : DrawnCurved {
     template <Scalar S> S s_max(const Vec<S, 11>&) const { return S(1.3); }
 };
+/// The same, known for doubles only.
+struct DrawnStickyOnly : DrawnCurved {
+    double s_max(const Vec<double, 11>&) const { return 1.3; }
+};
 
 Drawn::P draw(Random& random) {
     Drawn::P p;
@@ -91,6 +95,7 @@ Drawn::P draw(Random& random) {
 
 static_assert(RunsInLanes<Drawn> && RunsInLanes<DrawnCurved> && HasSMax<DrawnSticky, Lanes<8>>);
 static_assert(!RunsInLanes<models::DieciLopez2>);
+static_assert(HasSMax<DrawnStickyOnly, double> && !RunsInLanes<DrawnStickyOnly>);
 
 // --- ensembles ---------------------------------------------------------------------------------
 
