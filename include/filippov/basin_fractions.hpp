@@ -51,8 +51,7 @@ inline double normal_quantile(double level) {
 /// @source       Wilson, J. Am. Stat. Assoc. 22 (1927) 209; Brown, Cai, DasGupta, Stat. Sci. 16
 ///               (2001) 101
 inline Fraction wilson_fraction(Label label, long long count, long long n, double level = 0.95) {
-    if (!(n > 0))
-        detail::refuse("n", static_cast<long double>(n), "expected an integer > 0");
+    detail::require_positive("n", n);
     if (!(count >= 0 && count <= n))
         detail::refuse("count", static_cast<long double>(count), "expected 0 <= count <= n");
     if (!(level > 0 && level < 1))

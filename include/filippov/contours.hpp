@@ -326,8 +326,7 @@ inline void validate(const ContourSettings& s) {
         refuse("width", s.width, "expected 1e-15 <= width < 1");
     if (!(s.distance > s.width && s.distance < 1))
         refuse("distance", s.distance, "expected width < distance < 1");
-    if (!(s.max_labels > 0))
-        refuse("max_labels", static_cast<long double>(s.max_labels), "expected an integer > 0");
+    require_positive("max_labels", s.max_labels);
 }
 
 } // namespace detail

@@ -200,8 +200,7 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
         refuse("section.strobe", 1, "expected a system with a period");
     if (!(d.section.surface >= -1))
         refuse("section.surface", d.section.surface, "expected an index, or -1");
-    if (!(d.chains > 0))
-        refuse("chains", d.chains, "expected an integer > 0");
+    require_positive("chains", d.chains);
 }
 
 /// One value of the diagram.

@@ -176,21 +176,17 @@ private:
         return r;
     }
     static void require(const QuotientSettings& s) {
-        const auto positive = [](const char* what, long long value) {
-            if (!(value > 0))
-                refuse(what, double(value), "expected an integer > 0");
-        };
         if (!(s.distance > 0 && s.distance < std::numbers::pi))
             refuse("distance", s.distance, "expected 0 < distance < pi");
         if (!(s.resolution >= 1e-14 && s.resolution <= 1e-3))
             refuse("resolution", s.resolution, "expected 1e-14 <= resolution <= 1e-3");
-        positive("starts", s.starts);
-        positive("settle", s.settle);
-        positive("max_period", s.max_period);
-        positive("max_iterates", s.max_iterates);
-        positive("cells", s.cells);
-        positive("max_intervals", s.max_intervals);
-        positive("max_evaluations", s.max_evaluations);
+        require_positive("starts", s.starts);
+        require_positive("settle", s.settle);
+        require_positive("max_period", s.max_period);
+        require_positive("max_iterates", s.max_iterates);
+        require_positive("cells", s.cells);
+        require_positive("max_intervals", s.max_intervals);
+        require_positive("max_evaluations", s.max_evaluations);
         if (!(s.audits >= 0))
             refuse("audits", s.audits, "expected an integer >= 0");
     }

@@ -128,8 +128,7 @@ inline void require_box(const AnySystem& system, const StateBox& box, const Vect
         if (!(box.low[i] < box.high[i] && std::isfinite(box.high[i] - box.low[i])))
             refuse("box.low[" + std::to_string(i) + "]", box.low[i], "expected finite low < high");
     require_point(system, 0, box.low, p);
-    if (!(seeds > 0))
-        refuse("seeds", seeds, "expected an integer > 0");
+    require_positive("seeds", seeds);
 }
 inline void require_side(int side) {
     if (side != -1 && side != 1)
@@ -298,8 +297,7 @@ inline SlidingBoundary sliding_boundary(const AnySystem& system, int side, const
         throw std::invalid_argument("filippov: system: expected a forced planar one");
     detail::require_side(side);
     detail::require_point(system, 0, near, p);
-    if (!(n > 0))
-        detail::refuse("n", n, "expected an integer > 0");
+    detail::require_positive("n", n);
     const double T = detail::require_period(system, p).value;
     const Vector scale = near.cwiseAbs().cwiseMax(1e-3 * std::max(1.0, near.norm()));
     const detail::BoundaryPoint point = [&](double t, Vector& x) {

@@ -83,16 +83,14 @@ class MapSampler {
 public:
     MapSampler(const TransitionMap& map, int iterate, const GraphSettings& settings = {})
         : map_(&map), settings_(settings) {
-        detail::require_iterate(iterate);
+        detail::require_positive("iterate", iterate);
         if (!(settings.samples >= 8))
             detail::refuse("samples", settings.samples, "expected an integer >= 8");
         if (!(settings.tolerance > 0))
             detail::refuse("tolerance", settings.tolerance, "expected a number > 0");
         if (!(settings.resolution >= 1e-15))
             detail::refuse("resolution", settings.resolution, "expected a number >= 1e-15");
-        if (!(settings.max_evaluations > 0))
-            detail::refuse("max_evaluations", double(settings.max_evaluations),
-                           "expected an integer > 0");
+        detail::require_positive("max_evaluations", settings.max_evaluations);
         graph_.iterate = iterate;
     }
 

@@ -48,10 +48,6 @@ inline void require_point(const AnySystem& system, double t0, const Vector& x, c
     if (!std::isfinite(t0))
         refuse("t0", t0, "expected a finite number");
 }
-inline void require_iterate(int iterate) {
-    if (!(iterate > 0))
-        refuse("iterate", iterate, "expected an integer > 0");
-}
 inline PeriodJet require_period(const AnySystem& system, const Vector& p,
                                 const Directions& along = {}) {
     if (!system.forced())
@@ -96,7 +92,7 @@ inline Mapped mapped(const AnySystem& system, const Journey& journey) {
 inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const Vector& p,
                      int iterate = 1, const Directions& along = {}) {
     detail::require_point(system, t0, x0, p);
-    detail::require_iterate(iterate);
+    detail::require_positive("iterate", iterate);
     detail::require_active(along, p);
     const PeriodJet T = detail::require_period(system, p, along);
     const int d = system.dim();
@@ -141,7 +137,7 @@ inline Mapped section_map(const AnySystem& system, const SectionOf& section, dou
                           const Vector& x0, const Vector& p, double max_time, int iterate = 1,
                           const Directions& along = {}) {
     detail::require_point(system, t0, x0, p);
-    detail::require_iterate(iterate);
+    detail::require_positive("iterate", iterate);
     detail::require_active(along, p);
     detail::require_section(section);
     if (!(max_time > 0 && max_time < std::numeric_limits<double>::infinity()))

@@ -271,7 +271,7 @@ inline ExitBasins exit_basins(const TransitionMap& map, const QuotientSettings& 
 inline ExitLabel follow_exit(const TransitionMap& map, const ExitBasins& basins,
                              const Transition& exit, long long period = 0,
                              int max_iterates = 2000) {
-    detail::require_iterate(max_iterates);
+    detail::require_positive("max_iterates", max_iterates);
     const detail::Fate f = detail::fate_of(exit, basins, max_iterates, [&](const Transition& at) {
         const Image image = map(at);
         return detail::MapStep{image.status, image.to, image.turns, image.slope};

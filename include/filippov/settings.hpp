@@ -42,6 +42,10 @@ namespace detail {
     std::snprintf(digits, sizeof digits, "%Lg", value);
     throw std::invalid_argument("filippov: " + argument + " = " + digits + ": " + expectation);
 }
+inline void require_positive(const std::string& argument, long long n) {
+    if (!(n > 0))
+        refuse(argument, static_cast<long double>(n), "expected an integer > 0");
+}
 
 } // namespace detail
 
@@ -61,10 +65,8 @@ template <class S, int N> void validate(const Settings<S, N>& s) {
         detail::refuse("first_step", s.first_step, "expected a finite number >= 0 (0: automatic)");
     if (!(s.fixed_step >= S(0) && s.fixed_step < inf))
         detail::refuse("fixed_step", s.fixed_step, "expected a finite number >= 0 (0: adaptive)");
-    if (!(s.max_steps > 0))
-        detail::refuse("max_steps", s.max_steps, "expected an integer > 0");
-    if (!(s.max_events > 0))
-        detail::refuse("max_events", s.max_events, "expected an integer > 0");
+    detail::require_positive("max_steps", s.max_steps);
+    detail::require_positive("max_events", s.max_events);
 }
 
 /// Refuses a start, parameters or a time span that make no sense.
