@@ -18,11 +18,22 @@ from pathlib import Path
 # "models/*" stands for every header of that folder. A header that is not listed is an error.
 FLOORS: list[list[str]] = [
     # 0: ground
-    ["version", "config", "scalar", "elementary", "lanes", "taylor", "dual", "status", "parallel"],
+    [
+        "version",
+        "config",
+        "scalar",
+        "elementary",
+        "lanes",
+        "taylor",
+        "dual",
+        "status",
+        "parallel",
+        "elimination",
+    ],
     # 1: what a system is
     ["system"],
     # 2: geometry at the surface
-    ["derivatives", "surface", "sliding", "mode"],
+    ["derivatives", "surface", "sliding", "intersection", "mode", "junction"],
     # 3: integration
     ["runge_kutta", "dormand_prince5", "dormand_prince8", "control", "roots"],
     # 4: trajectories
@@ -31,12 +42,14 @@ FLOORS: list[list[str]] = [
         "event",
         "guards",
         "landing",
+        "accumulation",
         "settings",
         "observers",
         "segment",
         "flow",
         "variation",
         "trajectory",
+        "all_branches",
         "lane_guards",
         "population",
         "lane_group",

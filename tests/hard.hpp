@@ -81,7 +81,7 @@ filippov::Settings<S, N> bounded(S each, long long max_steps = 100'000,
 
 constexpr bool changes_mode(filippov::EventKind kind) {
     return kind == filippov::EventKind::cross || kind == filippov::EventKind::enter_sliding ||
-           kind == filippov::EventKind::exit_sliding;
+           kind == filippov::EventKind::exit_sliding || kind == filippov::EventKind::accumulation;
 }
 
 /// What every log obeys: it starts and ends, time does not turn back, modes follow on each other,
@@ -104,7 +104,9 @@ template <class R> std::string faults(const R& r, int direction = 1) {
             return "time turns back";
         if (!(e[k].mode_before == e[k - 1].mode_after))
             return "modes do not follow on each other";
-        if (changes_mode(e[k].kind) == (e[k].mode_before == e[k].mode_after))
+        // (a jump may end on another side)
+        if (e[k].kind != EventKind::jump &&
+            changes_mode(e[k].kind) == (e[k].mode_before == e[k].mode_after))
             return "kind and modes contradict each other";
         if (changes_mode(e[k].kind) && changes_mode(e[k - 1].kind) && e[k].t == e[k - 1].t &&
             e[k].t_local == e[k - 1].t_local)

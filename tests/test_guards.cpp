@@ -171,6 +171,8 @@ struct Ruler {
     }
     void nudge(double delta) { dt += delta * (1 + inexact); }
     double nudge_error(double delta) const { return std::abs(inexact * delta) * 1e12; }
+    bool finite() const { return dt < edge; }
+    double edge = 1e300; ///< from here on it is undefined
 };
 
 } // namespace
@@ -200,6 +202,15 @@ TEST_CASE("landing: a jump of the residual is stopped at just beyond", "[guards]
     CHECK(landed.jumped);
     CHECK(landed.seen_beyond);
     CHECK(path.dt >= 0.3);
+    CHECK(path.dt == Approx(0.3).epsilon(1e-14));
+}
+
+TEST_CASE("landing: what is undefined at the event is met just before it", "[guards]") {
+    Ruler path{1};
+    path.edge = 0.3;
+    const auto residual = [&] { return std::abs(path.dt - 0.3); };
+    Landing(path, 0.0, 0.01, residual, [] { return true; }).run(0.5, -1.0);
+    CHECK(path.finite());
     CHECK(path.dt == Approx(0.3).epsilon(1e-14));
 }
 

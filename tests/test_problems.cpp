@@ -337,26 +337,6 @@ TEMPLATE_TEST_CASE(
     }
 }
 
-TEMPLATE_TEST_CASE("problems: P13, two surfaces: slides on the first up to their intersection",
-                   "[problems]", DormandPrince5, DormandPrince8) {
-    const Vec<double, 3> x0(0.04, -0.01, -0.02);
-    const auto r =
-        run<TestType>(models::DieciLopez2{}, Vec<double, 0>(), x0, 0, 0.555, tolerance<3>(tight));
-    // what follows at an intersection is not judged: it must be said, not guessed
-    CHECK(r.result.status == Status::ambiguous);
-    CHECK(r.result.diagnosis.what == "an intersection of surfaces");
-    CHECK(r.result.diagnosis.surface == 1);
-    REQUIRE(r.events.size() == 3);
-    CHECK(r.events[1].kind == enter_sliding);
-    CHECK(r.events[1].surface == 0);
-    CHECK(r.events[1].t ==
-          Approx(0.244330789560).epsilon(0).margin(1e-12)); // twelve printed digits
-    CHECK(r.result.mode == Mode<2>{{0, -1}});
-    CHECK(r.result.t == Approx(0.554993242465).epsilon(0).margin(1e-12));
-    CHECK(r.result.x[1] == 0.2);
-    CHECK(r.result.x[2] == Approx(0.4).epsilon(1e-15));
-}
-
 // --- P16: what a user types ----------------------------------------------------------------------
 
 namespace {

@@ -46,6 +46,8 @@ template <class S, int N, int M> struct Event {
     Vec<S, N> x_left{}, x_right{}; ///< state just before and just after
     S s{}; ///< blend variable: equivalent control in contact, -1 or +1 off the surface, NaN where
            ///< undefined
+    unsigned contacts = 0; ///< surfaces that the point is on: bit j for surface j
+    int alternatives = 0;  ///< modes among which a policy chose `mode_after`; 0 if it was unique
 };
 
 /// A user's event function g(t, x, p) with scipy's attributes.

@@ -2,8 +2,10 @@
 // The event loop: judges every contact and chains segments.
 #pragma once
 
+#include <filippov/accumulation.hpp>
 #include <filippov/dormand_prince5.hpp>
 #include <filippov/dormand_prince8.hpp>
+#include <filippov/junction.hpp>
 #include <filippov/segment.hpp>
 
 #include <string>
@@ -13,10 +15,10 @@ namespace filippov {
 /// How a run ended.
 template <class S, int N, int M> struct FlowResult {
     Status status = Status::ok;
-    S t{};            ///< absolute time of the last good state
-    Clock<S> clock{}; ///< the same as (period index, local time)
-    Vec<S, N> x{};    ///< last good state
-    Mode<M> mode{};   ///< mode there
+    S t{};                           ///< absolute time of the last good state
+    Clock<S> clock{};                ///< the same as (period index, local time)
+    Vec<S, N> x = Vec<S, N>::Zero(); ///< last good state
+    Mode<M> mode{};                  ///< mode there
     Counters counters{};
     Diagnosis<S, N, M> diagnosis{}; ///< where and why, if status is not ok
 
@@ -118,30 +120,54 @@ private:
             return segment_.fail(Status::not_finite, "h");
         if (known_start_.guard >= 0)
             return start_as_known();
+        const auto [mode, contacts] = place();
+        for (int j = 0; j < M; ++j)
+            if (is_kind<Sys>(j, SurfaceKind::jump) && mode[j] < 0)
+                return segment_.fail(Status::escaped, "starts beyond a surface with jumps", j);
+        segment_.enter(mode);
+        if (contacts.n > 0) {
+            start_surface_ = contacts[0];
+            contacts_ = contacts;
+            if (const Status status = settle(mode, contacts); status != Status::ok)
+                return status;
+            segment_.enter(mode);
+        }
+        segment_.choose_first_step();
+        start_x_ = segment_.x();
+        return go_on(mode, contacts, -1);
+    }
+
+    /// On which sides of the surfaces the state is, and which of these it is on: to rounding, or to
+    /// what the tolerance calls nothing.
+    std::pair<Mode<M>, SurfaceSet<M>> place() const {
+        const S t = segment_.clock().local;
+        const Vec<S, M> h = switching(sys_, t, segment_.x(), p_);
         Mode<M> mode;
-        int contact = -1, n_contacts = 0;
+        SurfaceSet<M> contacts;
         for (int j = 0; j < M; ++j) {
             mode.set(j, h[j] < S(0) ? -1 : 1);
             using std::abs;
             if (abs(h[j]) <= start_band(sys_, j, t, segment_.x(), p_, X(settings_.atol))) {
-                contact = start_surface_ = j;
-                ++n_contacts;
+                contacts.add(j);
+                if (is_kind<Sys>(j, SurfaceKind::jump))
+                    mode.set(j, +1);
             }
         }
-        segment_.enter(mode);
-        if (n_contacts == 0) {
-            segment_.choose_first_step();
-        } else if (n_contacts > 1) {
-            return segment_.fail(Status::ambiguous, "starts on several surfaces at once");
-        } else {
-            if (!(grad_h(sys_, contact, t, segment_.x(), p_).cwiseAbs().maxCoeff() > S(0)))
-                return segment_.fail(Status::degenerate_surface, "grad h", contact);
-            segment_.set_state(project(sys_, contact, t, segment_.x(), p_, segment_.scale()));
-            segment_.enter(mode);
-            segment_.choose_first_step();
-            if (const Status status = judge(mode, contact, -1); status != Status::ok)
-                return status;
-        }
+        return {mode, contacts};
+    }
+
+    /// Puts the state on surfaces that meet.
+    Status settle(const Mode<M>& mode, const SurfaceSet<M>& on) {
+        return settle(Constraints<Sys>(mode, on));
+    }
+    Status settle(const Constraints<Sys>& on) {
+        const S t = segment_.clock().local;
+        for (int i = 0; i < on.size(); ++i)
+            if (!(on.gradient(sys_, i, t, segment_.x(), p_).cwiseAbs().maxCoeff() > S(0)))
+                return segment_.fail(Status::degenerate_surface, "grad h", on.surface(i));
+        if (!independent(sys_, on, t, segment_.x(), p_, segment_.scale()))
+            return segment_.fail(Status::dependent_surfaces, "grad h", on.surface(on.size() - 1));
+        segment_.set_state(project(sys_, on, t, segment_.x(), p_, segment_.scale()));
         return Status::ok;
     }
 
@@ -151,14 +177,21 @@ private:
         segment_.set_state(project(sys_, j, t, segment_.x(), p_, segment_.scale()));
         segment_.enter(known_start_.before);
         segment_.choose_first_step();
-        return judge(known_start_.before, j, known_start_.guard);
+        SurfaceSet<M> contact;
+        contact.add(j);
+        return judge(known_start_.before, contact, known_start_.guard);
     }
 
     /// The first event, also of a run that could not start; a section that is zero here is met
     /// here, once, and does not end the run.
     void log_start(Status status) {
-        observer_.on_event(
-            make_event(EventKind::start, start_surface_, segment_.mode(), segment_.mode()));
+        Event<S, N, M> start =
+            make_event(EventKind::start, start_surface_, segment_.mode(), segment_.mode());
+        if (thrown_) { // it jumped at once
+            start.mode_before = start.mode_after = held_.mode_before;
+            start.x_left = start.x_right = start_x_;
+        }
+        observer_.on_event(start);
         if (status != Status::ok)
             return;
         for (int q = 0; q < sections_.size(); ++q) {
@@ -168,13 +201,48 @@ private:
         }
     }
 
-    /// Judges the point on surface j and enters the mode that goes on from there.
+    /// Judges the point where surfaces meet and enters the mode that goes on from there.
+    /// @param on     the surfaces that were met and those slid on
     /// @param guard  the one that was met there, -1 at the start
-    Status judge(const Mode<M>& before, int j, int guard) {
-        const S t = segment_.clock().local;
-        for (int k = 0; k < M; ++k)
-            if (k != j && before[k] == 0)
-                return segment_.fail(Status::ambiguous, "an intersection of surfaces", j);
+    Status judge(const Mode<M>& before, const SurfaceSet<M>& on, int guard) {
+        contacts_ = on;
+        const int j = guard >= 0 ? guard / 3 : on[0];
+        const bool one = on.n == 1 && !is_kind<Sys>(j, SurfaceKind::jump);
+        Verdict<M> v = one ? judge_one(before, on[0], guard) : judge_several(before, on, guard);
+        if (!v.finite)
+            return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
+                                 j);
+        alternatives_ = v.unique ? 0 : v.n_options;
+        if (!v.unique) {
+            int chosen = -1;
+            if constexpr (requires { observer_.choose(v); })
+                chosen = observer_.choose(v);
+            if (v.n_options == 0 || (chosen < 0 && settings_.on_nonunique == NonUnique::stop))
+                return segment_.fail(Status::ambiguous, v.reason, j);
+            if (chosen >= 0)
+                v.take(chosen);
+        }
+        if (v.mode.sliding() > 0 && !slides(v.mode))
+            return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
+        if constexpr (has_jumps_v<Sys>) // in contact the normal speed is zero, too
+            if (v.mode.sliding() > 0)
+                if (const Status status = settle(Constraints<Sys>(v.mode)); status != Status::ok)
+                    return status;
+        segment_.enter(v.mode);
+        for (const int k : on) {
+            const auto i = std::size_t(k);
+            if (v.mode[k] != 0) {
+                segment_.start_root(Guard<M>::below(k), std::max(1, v.starts.side[i]));
+                continue;
+            }
+            if (v.starts.below[i] > 0)
+                segment_.start_root(Guard<M>::below(k), v.starts.below[i]);
+            if (v.starts.above[i] > 0)
+                segment_.start_root(Guard<M>::above(k), v.starts.above[i]);
+        }
+        return Status::ok;
+    }
+    Verdict<M> judge_one(const Mode<M>& before, int j, int guard) const {
         Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
         if (guard >= 0)
             arrival.from = before[j];
@@ -184,28 +252,56 @@ private:
             arrival.below_tangent = guard != Guard<M>::above(j);
             arrival.above_tangent = guard != Guard<M>::below(j);
         }
-        const Verdict<M> v =
-            admissible(sys_, before, j, t, segment_.x(), p_, arrival, settings_.on_nonunique);
-        if (!v.finite)
-            return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
-                                 j);
-        if (!v.unique && settings_.on_nonunique == NonUnique::stop)
-            return segment_.fail(Status::ambiguous, v.reason, j);
-        if (v.mode[j] == 0) {
-            if (!all_finite<S, 1>(Vec<S, 1>(sliding_margin(sys_, v.mode, t, segment_.x(), p_).s)))
-                return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
+        Verdict<M> v = admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_,
+                                  arrival, settings_.on_nonunique);
+        if (is_kind<Sys>(j, SurfaceKind::kink) && v.below.sign != 0) {
+            v.unique = true; // the field is continuous: both sides' departures are the same
+            v.mode.set(j, v.below.sign);
+            v.starts = starts_at(v, v.mode, j);
         }
-        segment_.enter(v.mode);
-        if (v.mode[j] != 0) {
-            segment_.start_root(Guard<M>::below(j),
-                                std::max(1, v.mode[j] < 0 ? v.below.order : v.above.order));
+        return v;
+    }
+    Verdict<M> judge_several(const Mode<M>& before, const SurfaceSet<M>& on, int guard) const {
+        if constexpr (single_v<Sys>) {
+            return {};
         } else {
-            if (v.below.order > 1)
-                segment_.start_root(Guard<M>::below(j), v.below.order - 1);
-            if (v.above.order > 1)
-                segment_.start_root(Guard<M>::above(j), v.above.order - 1);
+            SlideEnd<M> exit;
+            if (guard >= 0 && before[guard / 3] == 0 && guard != Guard<M>::transversal(guard / 3))
+                exit = {before, guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1};
+            const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
+            return admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
+                              exit, settings_.on_nonunique);
         }
-        return Status::ok;
+    }
+    /// True if the mode has a sliding field here.
+    bool slides(const Mode<M>& mode) const {
+        const S t = segment_.clock().local;
+        if constexpr (single_v<Sys>)
+            return all_finite<S, 1>(Vec<S, 1>(sliding_margin(sys_, mode, t, segment_.x(), p_).s));
+        else
+            return all_finite<S, N>(mode_field(sys_, mode, t, segment_.x(), p_));
+    }
+
+    /// The surfaces at the point where guard g was met in `before`: the one it belongs to, those
+    /// slid on, and those met at the same time.
+    SurfaceSet<M> surfaces_met(const Mode<M>& before, int g) const {
+        SurfaceSet<M> on;
+        for (int j = 0; j < M; ++j)
+            if (j == g / 3 || before[j] == 0 || (M > 1 && met_together(j)))
+                on.add(j);
+        return on;
+    }
+    /// True if surface j is here but for rounding of the state and of the time, or a thousandth of
+    /// the tolerance: less than that apart two events cannot be told from one.
+    bool met_together(int j) const {
+        using std::abs;
+        const S t = segment_.clock().local;
+        const X& x = segment_.x();
+        const X f = mode_field(sys_, segment_.mode(), t, x, p_);
+        const S rate = abs(normal_component(sys_, j, t, x, p_, f));
+        const S band = rounding_band(sys_, j, t, x, p_) + S(8) * ulp(t) * rate +
+                       S(1e-3) * change_over(sys_, j, t, x, p_, segment_.scale());
+        return abs(switching(sys_, t, x, p_)[j]) <= band;
     }
 
     static std::string_view side_name(int side) {
@@ -234,18 +330,165 @@ private:
             segment_.start_root(stop.guard, 2);
             return crossed_sections();
         }
-        if (stop.jumped) {
-            Mode<M> after = before;
-            after.set(j, -before[j]);
-            segment_.enter(after);
-        } else if (const Status status = judge(before, j, stop.guard); status != Status::ok) {
+        contacts_ = {};
+        thrown_ = false;
+        const X x_left = segment_.x();
+        if (const Status status =
+                stop.jumped ? pass_jump_of_h(before, j) : meet(before, stop.guard);
+            status != Status::ok)
             return status;
+        if (!thrown_) {
+            const Mode<M>& after = segment_.mode();
+            const int named = first_change(before, after, j);
+            log(kind_of(before[named], after[named]), named, before, x_left);
+            if (before == after && before[j] == 0)
+                segment_.start_root(stop.guard, 2);
         }
-        const Mode<M>& after = segment_.mode();
-        log(kind_of(before[j], after[j]), j, before, X(segment_.x()));
-        if (before[j] == 0 && after[j] == 0)
-            segment_.start_root(stop.guard, 2);
+        if (const Status status = crossed_sections(); status != Status::ok)
+            return status;
+        return leap_to_limit(j);
+    }
+
+    Status meet(const Mode<M>& before, int guard) {
+        const SurfaceSet<M> on = surfaces_met(before, guard);
+        if (on.n > 1)
+            if (const Status status = settle(before, on); status != Status::ok)
+                return status;
+        return go_on(before, on, guard);
+    }
+    /// Lets the state jump if one of the surfaces here throws it, and judges what goes on.
+    Status go_on(const Mode<M>& before, const SurfaceSet<M>& on, int guard) {
+        if constexpr (has_jumps_v<Sys>)
+            if (const int j = throws(before, on); j >= 0)
+                return jump(before, j);
+        return on.n > 0 ? judge(before, on, guard) : Status::ok;
+    }
+
+    // --- jumps of the state --------------------------------------------------------------------
+
+    /// A surface with jumps against which the state moves, or beyond which it is; -1: none.
+    int throws(const Mode<M>& mode, const SurfaceSet<M>& contacts) const {
+        const S t = segment_.clock().local;
+        const X& x = segment_.x();
+        for (int j = 0; j < M; ++j) {
+            if (!is_kind<Sys>(j, SurfaceKind::jump) || mode[j] == 0)
+                continue;
+            if (contacts.contains(j)
+                    ? normal_motion(sys_, region_of(mode), j, t, x, p_, segment_.direction()) < 0
+                    : mode[j] < 0)
+                return j;
+        }
+        return -1;
+    }
+    /// Jumps at surface j, and again while the state lands where it is thrown on.
+    Status jump(const Mode<M>& before, int j) {
+        if (segment_.direction() < 0)
+            return segment_.fail(Status::ambiguous, "jumps are not undone backwards in time", j);
+        const Clock<S>& now = segment_.clock();
+        if (!(now.index == jump_clock_.index && now.local == jump_clock_.local))
+            jumps_here_ = 0;
+        jump_clock_ = now;
+        Mode<M> left = before;
+        for (;;) {
+            if (++jumps_here_ > most_jumps)
+                return segment_.fail(Status::jump_cascade, "", j);
+            const X x_left = segment_.x();
+            const X x = sys_.jump(j, now.local, x_left, p_);
+            if (!all_finite<S, N>(x))
+                return segment_.fail(Status::not_finite, "jump", j);
+            if (x == x_left)
+                return segment_.fail(Status::jump_cascade, "the jump here changes nothing", j);
+            segment_.set_state(x);
+            const auto [mode, contacts] = place();
+            if (mode[j] < 0) {
+                segment_.set_state(x_left);
+                return segment_.fail(Status::escaped, "the jump leads beyond its surface", j);
+            }
+            contacts_ = contacts;
+            if constexpr (requires { observer_.on_jump(now, left, j, mode); })
+                observer_.on_jump(now, left, j, mode);
+            const int next = throws(mode, contacts);
+            segment_.enter(mode);
+            if (next < 0 && contacts.n > 0) {
+                if (const Status status = settle(mode, contacts); status != Status::ok)
+                    return status;
+                if (const Status status = judge(mode, contacts, -1); status != Status::ok)
+                    return status;
+            }
+            log(EventKind::jump, j, left, x_left);
+            thrown_ = true;
+            if (next < 0)
+                return Status::ok;
+            left = mode;
+            j = next;
+        }
+    }
+    static constexpr int most_jumps = 100; ///< at one time
+
+    // --- accumulation --------------------------------------------------------------------------
+
+    /// Where events follow each other ever faster, goes on from their limit if there the solution
+    /// is held by all their surfaces.
+    Status leap_to_limit(int j) {
+        if (const auto gap = recent_.since_last(segment_.clock()); gap > S(0))
+            segment_.expect_event_after(gap);
+        recent_.add(segment_.clock(), j, segment_.x());
+        const auto limit = recent_.limit(segment_.scale(), segment_.direction());
+        if (!limit)
+            return Status::ok;
+        const S dt = S(segment_.direction()) * limit->after;
+        if (!segment_.reaches(dt))
+            return Status::ok;
+        const Mode<M> before = segment_.mode();
+        const X x_left = segment_.x();
+        const SurfaceSet<M> on = recent_.template surfaces<M>(limit->pattern);
+        Mode<M> held = before;
+        for (const int k : on)
+            held.set(k, 0);
+        const Constraints<Sys> rest(held);
+        const S t = segment_.clock().local + dt;
+        const X x = project(sys_, rest, t, limit->x, p_, segment_.scale());
+        if (!all_finite<S, N>(x) || !independent(sys_, rest, t, x, p_, segment_.scale()))
+            return Status::ok;
+        if (!holds(held, t, x)) {
+            // what cannot be told apart any more cannot be followed either
+            const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
+            return unresolved ? segment_.fail(Status::accumulation, "", on[0]) : Status::ok;
+        }
+        segment_.leap(dt, x);
+        segment_.enter(held);
+        contacts_ = on;
+        alternatives_ = 0;
+        log(EventKind::accumulation, on[0], before, x_left);
+        recent_.clear();
         return crossed_sections();
+    }
+    /// True if at (t, x) the mode `held` is the only one that goes on.
+    bool holds(const Mode<M>& held, const S& t, const X& x) const {
+        const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
+        const SurfaceSet<M> on = slid_surfaces(held);
+        if constexpr (single_v<Sys>) {
+            const auto v = admissible(sys_, held, 0, t, x, p_, arrival, NonUnique::stop);
+            return v.unique && v.mode == held;
+        } else {
+            const auto v =
+                admissible(sys_, held, on, t, x, p_, arrival, SlideEnd<M>{}, NonUnique::stop);
+            return v.unique && v.mode == held;
+        }
+    }
+    /// h_j changed sign without being zero: the other side, whatever leads where. What was slid on
+    /// meanwhile is judged again.
+    Status pass_jump_of_h(const Mode<M>& before, int j) {
+        Mode<M> after = before;
+        after.set(j, -before[j]);
+        const SurfaceSet<M> on = slid_surfaces(before);
+        if constexpr (has_jumps_v<Sys>)
+            if (is_kind<Sys>(j, SurfaceKind::jump))
+                return jump(before, j);
+        if (on.n > 0)
+            return judge(after, on, -1);
+        segment_.enter(after);
+        return Status::ok;
     }
 
     Status handle_section(int q) {
@@ -280,6 +523,13 @@ private:
         return status;
     }
 
+    /// The surface that names an event met on j: the first that changes its mode, or j.
+    static int first_change(const Mode<M>& before, const Mode<M>& after, int j) {
+        for (int k = 0; k < M; ++k)
+            if (before[k] != after[k])
+                return k;
+        return j;
+    }
     static EventKind kind_of(int before, int after) {
         if (before == 0)
             return after == 0 ? EventKind::slide_extremum : EventKind::exit_sliding;
@@ -312,6 +562,10 @@ private:
         e.mode_after = after;
         e.x_left = e.x_right = segment_.x();
         e.s = blend_variable(kind, surface, after);
+        const bool contact = kind != EventKind::section && surface >= 0;
+        for (const int j : contact ? contacts_ : slid_surfaces(after))
+            e.contacts |= 1u << j;
+        e.alternatives = contact ? alternatives_ : 0;
         return e;
     }
 
@@ -323,11 +577,10 @@ private:
             return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
         if (contact)
             j = surface;
-        for (int k = 0; k < M; ++k)
-            if (k != j && mode[k] == 0)
-                return std::numeric_limits<S>::quiet_NaN();
+        if (is_kind<Sys>(j, SurfaceKind::jump) && mode[j] != 0)
+            return S(1); // free
         mode.set(j, 0);
-        const S s = sliding_margin(sys_, mode, segment_.clock().local, segment_.x(), p_).s;
+        const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.
         using std::abs;
         return abs(s) < S(1e-3) / epsilon<S> ? s : std::numeric_limits<S>::quiet_NaN();
@@ -341,11 +594,14 @@ private:
         e.x_left = x_left;
         const bool changes = kind == EventKind::cross || kind == EventKind::enter_sliding ||
                              kind == EventKind::exit_sliding;
-        if (pending_ && changes && pending_changes_ && held_.surface == e.surface &&
+        if (pending_ && changes && pending_changes_ && (M > 1 || held_.surface == e.surface) &&
             held_.period == e.period && held_.t_local == e.t_local) {
             e.mode_before = held_.mode_before;
             e.x_left = held_.x_left;
-            e.kind = kind_of(e.mode_before[surface], e.mode_after[surface]);
+            e.contacts |= held_.contacts;
+            e.alternatives = std::max(e.alternatives, held_.alternatives);
+            e.surface = first_change(e.mode_before, e.mode_after, surface);
+            e.kind = kind_of(e.mode_before[e.surface], e.mode_after[e.surface]);
             --segment_.counters().events;
             pending_changes_ = e.mode_before != e.mode_after;
             held_ = e;
@@ -373,6 +629,13 @@ private:
     bool pending_ = false, pending_changes_ = false;
     std::array<bool, Sec::capacity + 1> met_{}; ///< sections that were met, and when last
     std::array<Clock<S>, Sec::capacity + 1> met_at_{};
+    SurfaceSet<M> contacts_{}; ///< that the last event was on
+    int alternatives_ = 0;     ///< among which a policy chose there
+    RecentEvents<S, N> recent_{};
+    X start_x_{};
+    bool thrown_ = false; ///< the state jumped at the last event
+    Clock<S> jump_clock_{};
+    int jumps_here_ = 0;     ///< at one time
     int start_surface_ = -1; ///< the surface on which the run starts, -1 if none
     Clock<S> last_clock_{};
     int n_same_ = 0;

@@ -20,8 +20,8 @@ struct Landed {
 /// method, not of the interpolant; within a bracket once there is one. The last corrections are
 /// Taylor steps from the end of the path, where these are exact enough.
 ///
-/// A path has `dt`, `shorten(d)` (takes the step again), `nudge(delta)` (moves its end) and
-/// `nudge_error(delta)`, in units of the tolerance.
+/// A path has `dt`, `shorten(d)` (takes the step again), `nudge(delta)` (moves its end),
+/// `nudge_error(delta)`, in units of the tolerance, and `finite()`, true if its end is.
 /// @param t          where the step starts
 /// @param d, slope   first guess of its length, and of the derivative of the residual there
 /// @param nudge_tolerance  what may be left to a Taylor step
@@ -41,7 +41,8 @@ public:
         for (int k = 0; k < 100; ++k) {
             path_.shorten(d);
             ++result.trials;
-            const S r = residual_();
+            // What is undefined at the event itself (a sliding field 0/0) lies beyond it.
+            const S r = path_.finite() ? residual_() : S(std::numeric_limits<S>::quiet_NaN());
             if (r == S(0))
                 break;
             if (r > S(0)) {
@@ -67,7 +68,7 @@ public:
                                 !(seen_before && !(forward * (next - before) > S(0))) &&
                                 !(result.seen_beyond && !(forward * (beyond - next) > S(0)));
             if (inside && path_.nudge_error(delta) <= nudge_tolerance_) {
-                if (polish(slope, delta) && on_target_())
+                if (polish(slope, delta) && path_.finite() && on_target_())
                     break;
                 path_.shorten(d);
             }
@@ -86,6 +87,8 @@ public:
             else
                 d = d / S(2);
         }
+        if (seen_before && !path_.finite())
+            path_.shorten(before);
         return result;
     }
 

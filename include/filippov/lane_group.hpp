@@ -18,7 +18,7 @@ namespace filippov {
 /// friction is known for plain numbers only.
 template <class Sys>
 concept RunsInLanes =
-    surfaces_v<Sys> == 1 && HasSides<Sys, Lanes<1>> && HasSwitch<Sys, Lanes<1>> &&
+    single_v<Sys> && HasSides<Sys, Lanes<1>> && HasSwitch<Sys, Lanes<1>> &&
     HasSMax<Sys, Lanes<1>> == HasSMax<Sys, double> && !requires { requires !Sys::lanes; };
 
 namespace lanes {

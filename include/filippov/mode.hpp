@@ -4,6 +4,7 @@
 
 #include <filippov/sliding.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
@@ -134,14 +135,83 @@ bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& 
     return below == lie_derivatives<3>(field, h, t, x, p);
 }
 
-/// The mode in which a solution leaves a point of surface j, and how sure that is.
+/// The roots on which guards start in a mode, by their orders (0: none): of h_j, and in a slide of
+/// 1 + s_j and 1 - s_j.
+template <int M> struct Starts {
+    std::array<int, std::size_t(M)> side{}, below{}, above{};
+};
+
+/// A slide that ended by s_j = side on surface j; surface -1: none did.
+template <int M> struct SlideEnd {
+    Mode<M> mode{};
+    int surface = -1, side = 0;
+};
+
+/// The mode in which a solution leaves a point of one surface or several, and how sure that is.
 template <int M> struct Verdict {
-    Mode<M> mode;
+    Mode<M> mode{};
+    Starts<M> starts{};
     bool unique = false;
     bool finite = true;
-    Departure below, above;  ///< of the two sides
+    Departure below, above;  ///< of the two sides, at one surface
     std::string_view reason; ///< why not unique
+
+    /// The modes that could go on from here, if that is not unique; `n_options` may be more than
+    /// are kept.
+    static constexpr int most_options = M == 1 ? 3 : 27;
+    std::array<Mode<M>, most_options> option{};
+    std::array<Starts<M>, most_options> option_starts{};
+    int n_options = 0;
+
+    void add(const Mode<M>& admissible, const Starts<M>& roots) {
+        if (n_options < most_options) {
+            option[std::size_t(n_options)] = admissible;
+            option_starts[std::size_t(n_options)] = roots;
+        }
+        ++n_options;
+    }
+    int kept() const { return std::min(n_options, most_options); }
+    void take(int k) {
+        mode = option[std::size_t(k)];
+        starts = option_starts[std::size_t(k)];
+    }
+    /// The only option, or the one that a policy names: the lowest sides, the highest, or the most
+    /// slides.
+    void choose(NonUnique policy) {
+        int best = 0;
+        for (int k = 1; k < kept(); ++k)
+            if (rank(k, policy) > rank(best, policy))
+                best = k;
+        if (n_options > 0)
+            take(best);
+    }
+
+private:
+    int rank(int k, NonUnique policy) const {
+        const Mode<M>& m = option[std::size_t(k)];
+        int sum = 0;
+        for (int j = 0; j < M; ++j)
+            sum += m[j];
+        return policy == NonUnique::below ? -sum : policy == NonUnique::above ? sum : m.sliding();
+    }
 };
+
+namespace detail {
+
+/// The roots on which guards start in `mode` after this verdict on surface j.
+template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, int j) {
+    Starts<M> starts;
+    const auto i = std::size_t(j);
+    if (mode[j] != 0)
+        starts.side[i] = std::max(1, mode[j] < 0 ? v.below.order : v.above.order);
+    else {
+        starts.below[i] = std::max(0, v.below.order - 1);
+        starts.above[i] = std::max(0, v.above.order - 1);
+    }
+    return starts;
+}
+
+} // namespace detail
 
 /// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
 ///
@@ -181,36 +251,52 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     // Static friction above kinetic: sliding is kept up to |s| = s_max, whatever the sides would
     // do.
     const S limit = s_max(sys, p);
-    if (limit > S(1)) {
-        const S w = forward * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
-        if (w > S(0) && abs(s) < limit * (S(1) - S(16) * epsilon<S>)) {
-            v.mode.set(j, 0);
-            v.unique = true;
-            return v;
-        }
-    }
+    const S w = forward * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
+    const bool held = limit > S(1) && w > S(0) && abs(s) < limit * (S(1) - S(16) * epsilon<S>);
 
     const bool two_fold = v.below.order != 1 && v.above.order != 1;
     // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
     const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
-    if (v.below.sign == 0 || v.above.sign == 0) {
+    const bool vanish = v.below.sign == 0 || v.above.sign == 0;
+    const auto option = [&](int side) {
+        v.mode.set(j, side);
+        v.add(v.mode, detail::starts_at(v, v.mode, j));
+    };
+    if (held) {
+        v.unique = true;
+        option(0);
+    } else if (vanish) {
         v.reason = "all derivatives of h up to order three vanish";
+        for (const int side : {-1, 0, 1})
+            option(side);
     } else if (two_fold && !same_field) {
         const bool visible_below = v.below.sign < 0, visible_above = v.above.sign > 0;
         v.reason = visible_below && visible_above     ? "two-fold, visible-visible"
                    : !visible_below && !visible_above ? "two-fold, invisible-invisible"
                                                       : "two-fold, visible-invisible";
+        if (visible_below)
+            option(-1);
+        option(0);
+        if (visible_above)
+            option(+1);
     } else if (v.below.sign == v.above.sign) {
-        v.mode.set(j, v.below.sign);
         v.unique = true;
+        option(v.below.sign);
     } else if (v.below.sign > 0) {
-        v.mode.set(j, 0);
         v.unique = true;
+        option(0);
     } else {
         v.reason = "both sides lead away from the surface (repulsive sliding)";
+        for (const int side : {-1, 0, 1})
+            option(side);
     }
-    if (!v.unique && policy != NonUnique::stop)
-        v.mode.set(j, policy == NonUnique::below ? -1 : policy == NonUnique::above ? 1 : 0);
+    v.choose(policy);
+    // At one surface a policy names the branch, whatever its side would do.
+    const int named = policy == NonUnique::below ? -1 : policy == NonUnique::above ? 1 : 0;
+    if (!v.unique && policy != NonUnique::stop && v.mode[j] != named) {
+        v.mode.set(j, named);
+        v.starts = detail::starts_at(v, v.mode, j);
+    }
     return v;
 }
 

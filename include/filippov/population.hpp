@@ -30,7 +30,7 @@ template <int N> struct Outcome {
     Status status = Status::interrupted; ///< `interrupted`: it was not run to its end
     Clock<double> clock{};
     Vec<double, N> x = Vec<double, N>::Constant(std::numeric_limits<double>::quiet_NaN());
-    int mode = 0;
+    int mode = 0; ///< see Mode::code
     std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
     double slide_time = 0;               ///< spent in slides, units of t
 };
@@ -168,7 +168,7 @@ public:
             sliding = e.mode_after.sliding() > 0;
             if (e.kind == EventKind::start || e.kind == EventKind::end)
                 return;
-            end.events += e.mode_before != e.mode_after;
+            end.events += e.mode_before != e.mode_after || e.kind == EventKind::jump;
             end.slides += sliding && !was_sliding;
         };
         listener.ends = [&](const Event<double, N, M>& e) {
@@ -183,7 +183,7 @@ public:
         end.status = r.status;
         end.clock = r.clock;
         end.x = r.x;
-        end.mode = r.mode[0];
+        end.mode = r.mode.code();
         end.steps = r.counters.steps + r.counters.rejected;
         return end;
     }

@@ -6,6 +6,7 @@
 #include <filippov/control.hpp>
 #include <filippov/event.hpp>
 #include <filippov/guards.hpp>
+#include <filippov/intersection.hpp>
 #include <filippov/landing.hpp>
 #include <filippov/observers.hpp>
 #include <filippov/roots.hpp>
@@ -105,6 +106,7 @@ public:
         if (changed)
             have_k0_ = false;
         mode_ = mode;
+        held_ = Constraints<Sys>(mode);
         list_active();
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution())
             choose_first_step();
@@ -192,7 +194,7 @@ public:
                     return run_closed_form();
             return run(SlideRhs{*this});
         }
-        if constexpr (M == 1 && HasSides<Sys, S>)
+        if constexpr (HasSides<Sys, S>)
             return mode_[0] < 0 ? run(SideRhs<-1>{*this}) : run(SideRhs<+1>{*this});
         else
             return run(SideRhs<0>{*this});
@@ -214,12 +216,27 @@ public:
         return status;
     }
 
+    /// An event came this time after the last one, and the one after it may come as soon: a
+    /// step very much longer would not show it.
+    void expect_event_after(const S& gap) {
+        first_reach_ = std::max(S(1e3) * gap, S(16) * resolution());
+    }
+    /// True if a time dt from now is not after the end of the run.
+    bool reaches(const S& dt) const { return S(direction_) * (clock_.until(end_) - dt) >= S(0); }
+    /// Goes straight to x, a time dt later: past events that accumulate there.
+    void leap(const S& dt, const X& x) {
+        remaining_ = clock_.until(end_);
+        StraightPath path{dt, x_, x};
+        accept(path);
+        have_k0_ = false;
+    }
+
     /// Names the function that is not finite at (t, x), if one is.
     std::string_view what_is_not_finite(const S& t, const X& x) const {
         if (!all_finite<S, M>(switching(sys_, t, x, p_)))
             return "h";
         if (!all_finite<S, N>(mode_field(t, x))) {
-            if constexpr (M == 1 && HasSides<Sys, S>)
+            if constexpr (HasSides<Sys, S>)
                 return mode_[0] < 0 ? "f1" : mode_[0] > 0 ? "f2" : "sliding field";
             return mode_.sliding() > 0 ? "sliding field" : "field";
         }
@@ -270,20 +287,24 @@ private:
         Segment& seg;
         static constexpr bool slides = true;
         FILIPPOV_INLINE X field(const S& t, const X& x) const { return at(t, x).f; }
-        FILIPPOV_INLINE Sliding<Sys, S> at(const S& t, const X& x) const {
-            const int j = sliding_surface(seg.mode_);
-            return sliding(seg.sys_, seg.mode_, t,
-                           toward_surface(seg.sys_, j, t, x, seg.p_, seg.scale_), seg.p_);
+        FILIPPOV_INLINE auto at(const S& t, const X& x) const {
+            const X y = toward(seg.sys_, seg.held_, t, x, seg.p_, seg.scale_);
+            if constexpr (single_v<Sys>)
+                return sliding(seg.sys_, seg.mode_, t, y, seg.p_);
+            else
+                return joint_sliding(seg.sys_, seg.mode_, t, y, seg.p_);
         }
         FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
-            const Sliding<Sys, S> slide = at(t, x);
-            const int slid = sliding_surface(seg.mode_);
-            const S beyond = s_max(seg.sys_, seg.p_) - S(1);
-            seg.probe_margins(slid, k, beyond + slide.below, beyond + slide.above, slide.w);
-            if constexpr (M > 1) {
+            const auto slide = at(t, x);
+            if constexpr (single_v<Sys>) {
+                const S beyond = s_max(seg.sys_, seg.p_) - S(1);
+                seg.probe_margins(0, k, beyond + slide.below, beyond + slide.above, slide.w);
+            } else {
                 const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
                 for (int j = 0; j < M; ++j)
-                    if (j != slid)
+                    if (seg.mode_[j] == 0)
+                        seg.probe_margins(j, k, slide.below[j], slide.above[j], slide.w);
+                    else
                         seg.probe(Guard<M>::below(j), k, h[j]);
             }
             seg.probe_sections(k, t, x);
@@ -315,9 +336,7 @@ private:
     }
 
     X mode_field(const S& t, const X& x) const {
-        if (sliding_surface(mode_) >= 0)
-            return sliding(sys_, mode_, t, x, p_).f;
-        return side_field(sys_, mode_, t, x, p_);
+        return filippov::mode_field(sys_, mode_, t, x, p_);
     }
 
     // --- guards --------------------------------------------------------------------------------
@@ -327,6 +346,8 @@ private:
             return false;
         if (g >= Guard<M>::first_section)
             return g - Guard<M>::first_section < sections_.size();
+        if (g % 3 == 2) // one for all the surfaces slid on
+            return g / 3 == sliding_surface(mode_);
         return mode_[g / 3] == 0 || g % 3 == 0;
     }
     void list_active() {
@@ -344,7 +365,7 @@ private:
         const int j = g / 3;
         if (mode_[j] != 0)
             return switching(sys_, t, x, p_)[j];
-        const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
+        const Margin<S> margin = sliding_margin(sys_, mode_, j, t, x, p_);
         if (g % 3 == 2)
             return margin.w;
         return s_max(sys_, p_) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
@@ -397,10 +418,15 @@ private:
         using Times = typename Path::Times;
         if constexpr (!Path::slides)
             return false;
-        const int j = sliding_surface(mode_);
-        const S band = touch_band(Guard<M>::below(j), false);
-        return trace(Guard<M>::below(j)).template swings<Times>(band) ||
-               trace(Guard<M>::above(j)).template swings<Times>(band);
+        for (int j = 0; j < M; ++j) {
+            if (mode_[j] != 0)
+                continue;
+            const S band = touch_band(Guard<M>::below(j), false);
+            if (trace(Guard<M>::below(j)).template swings<Times>(band) ||
+                trace(Guard<M>::above(j)).template swings<Times>(band))
+                return true;
+        }
+        return false;
     }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
@@ -410,6 +436,8 @@ private:
             return S(0);
         const int j = g / 3;
         const bool fixed = settings_.fixed_step > S(0);
+        if (mode_[j] == 0 && is_kind<Sys>(j, SurfaceKind::jump))
+            return S(0); // a share of the push has no scale
         if (mode_[j] == 0)
             return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : settings_.rtol);
         const S rounding = rounding_band(sys_, j, clock_.local, x_, p_);
@@ -421,9 +449,11 @@ private:
     /// True if the far side of surface j leads back to it: a touch within the tolerance then
     /// changes nothing.
     bool far_side_attracts(int j, const S& t, const X& x) const {
+        if (is_kind<Sys>(j, SurfaceKind::jump))
+            return true; // there is no far side: a jump from a touch changes nothing either
         Mode<M> far = mode_;
         far.set(j, -mode_[j]);
-        const X f = side_field(sys_, far, t, x, p_);
+        const X f = filippov::mode_field(sys_, far, t, x, p_);
         return S(direction_ * mode_[j]) * normal_component(sys_, j, t, x, p_, f) > S(0);
     }
 
@@ -621,7 +651,7 @@ private:
             return -trace(g).sense * normal_component(sys_, j, t, x, p_, f);
         const auto q = lift<1>(p_);
         const auto s = [&](const auto& time, const auto& y) {
-            return sliding_margin(sys_, mode_, time, y, q).s;
+            return sliding_margin(sys_, mode_, j, time, y, q).s;
         };
         return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
     }
@@ -701,10 +731,14 @@ private:
     /// on.
     template <class Path> void settle_on_surface(Path& path, int g, bool off_surface) {
         const S t = clock_.local + path.dt;
-        if (const int j = sliding_surface(mode_); j >= 0)
-            path.x1 = project(sys_, j, t, path.x1, p_, scale_);
-        if (g < Guard<M>::first_section && mode_[g / 3] != 0 && !off_surface)
-            path.x1 = project(sys_, g / 3, t, path.x1, p_, scale_);
+        const bool met = g < Guard<M>::first_section && mode_[g / 3] != 0 && !off_surface;
+        path.x1 = project(sys_, met ? held_with(g / 3) : held_, t, path.x1, p_, scale_);
+    }
+    /// What holds the solution in this mode, and surface j that it meets.
+    Constraints<Sys> held_with(int j) const {
+        Constraints<Sys> on = held_;
+        on.add(j, false);
+        return on;
     }
 
     /// True if the gradient of h vanishes where the surface was met: to first order the step
@@ -788,7 +822,7 @@ private:
 
         X on_surface(const X& x, const S& t) const {
             if constexpr (Rhs::slides)
-                return project(seg.sys_, sliding_surface(seg.mode_), t, x, seg.p_, seg.scale_);
+                return project(seg.sys_, seg.held_, t, x, seg.p_, seg.scale_);
             else
                 return x;
         }
@@ -807,6 +841,7 @@ private:
             for (std::size_t m = 0; m < polynomial.c.size(); ++m)
                 piece.polynomial.c[m] = polynomial.c[m];
         }
+        bool finite() const { return all_finite<S, N>(x1); }
         const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
         FILIPPOV_COLD void shorten(const S& d) {
             seg.rk_.step(rhs, seg.clock_.local, seg.x_, d, x1);
@@ -877,7 +912,7 @@ private:
             const S eta = time_to_surface(j);
             if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution()))
                 continue;
-            x_ = project(sys_, j, clock_.local, x_, p_, scale_);
+            x_ = project(sys_, held_with(j), clock_.local, x_, p_, scale_);
             stop.guard = Guard<M>::below(j);
         }
         return stop;
@@ -918,7 +953,8 @@ private:
         }
         const bool fixed = settings_.fixed_step > S(0);
         bool bad_stage = false;
-        reach_ = std::numeric_limits<S>::infinity();
+        reach_ = Rhs::slides ? std::numeric_limits<S>::infinity() : first_reach_;
+        first_reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
             remaining_ = clock_.until(end_);
             if (!(S(direction_) * remaining_ > S(0)))
@@ -994,6 +1030,22 @@ private:
         }
     }
 
+    struct StraightPath {
+        S dt;
+        X x0, x1;
+
+        X operator()(const S& theta) const {
+            X x;
+            for (int i = 0; i < N; ++i)
+                x[i] = x0[i] + theta * (x1[i] - x0[i]);
+            return x;
+        }
+        template <class Piece> void store(Piece& piece) const {
+            piece.polynomial.c[0] = x0;
+            piece.polynomial.c[1] = x1 - x0;
+        }
+    };
+
     // --- slides in closed form -----------------------------------------------------------------
 
     /// A window of a slide that the system knows in closed form.
@@ -1009,6 +1061,7 @@ private:
             return seg.sys_.sliding_flow(seg.clock_.local, seg.x_, seg.p_, S(theta * dt));
         }
         template <class Piece> void store(Piece& piece) const { piece.closed_form = true; }
+        bool finite() const { return all_finite<S, N>(x1); }
         X end_field() const { return seg.mode_field(S(seg.clock_.local + dt), x1); }
         void shorten(const S& d) {
             dt = d;
@@ -1057,10 +1110,9 @@ private:
     }
 
     void probe_slide(std::size_t k, const S& t, const X& x) {
-        const int slid = sliding_surface(mode_);
         const Margin<S> margin = sliding_margin(sys_, mode_, t, x, p_);
         const S beyond = s_max(sys_, p_) - S(1);
-        probe_margins(slid, k, beyond + margin.below, beyond + margin.above, margin.w);
+        probe_margins(0, k, beyond + margin.below, beyond + margin.above, margin.w);
         probe_sections(k, t, x);
     }
 
@@ -1075,10 +1127,12 @@ private:
     Clock<S> clock_{}, end_{};
     X x_;
     Mode<M> mode_{};
+    Constraints<Sys> held_{}; ///< what holds the solution in this mode
     int direction_ = 1;
     S dt_ = S(0);
     S natural_step_ = S(0); ///< what the first step would be if no setting said otherwise
     S reach_ = std::numeric_limits<S>::infinity(); ///< where the next step should end at the latest
+    S first_reach_ = std::numeric_limits<S>::infinity(); ///< of the first step after an event
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;

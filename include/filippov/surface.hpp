@@ -3,10 +3,32 @@
 #pragma once
 
 #include <filippov/derivatives.hpp>
+#include <filippov/elimination.hpp>
 
 #include <algorithm>
 
 namespace filippov {
+
+/// A set of surfaces, in rising order.
+template <int M> struct SurfaceSet {
+    std::array<int, std::size_t(M)> surface{};
+    int n = 0;
+
+    void add(int j) { surface[std::size_t(n++)] = j; }
+    int operator[](int i) const { return surface[std::size_t(i)]; }
+    bool contains(int j) const { return std::find(begin(), end(), j) != end(); }
+    const int* begin() const { return surface.data(); }
+    const int* end() const { return surface.data() + n; }
+};
+
+/// The surfaces slid on in `mode`.
+template <int M> SurfaceSet<M> slid_surfaces(const Mode<M>& mode) {
+    SurfaceSet<M> on;
+    for (int j = 0; j < M; ++j)
+        if (mode[j] == 0)
+            on.add(j);
+    return on;
+}
 
 /// Size of h_j that rounding of t and x alone can make: |h| below it is zero.
 ///
@@ -87,6 +109,226 @@ State<Sys, S> project(const Sys& sys, int j, const S& t, State<Sys, S> x, const 
         best = select(better, h, best);
         for (int i = 0; i < dim_v<Sys>; ++i)
             x[i] = select(better, y[i], x[i]);
+    }
+    return x;
+}
+
+/// How fast h_j of a surface with jumps changes in the region with these sides: the normal speed of
+/// an impact.
+template <class Sys, class S>
+S normal_speed(const Sys& sys, const Mode<surfaces_v<Sys>>& side, int j, const S& t,
+               const State<Sys, S>& x, const Params<Sys, S>& p) {
+    return normal_component(sys, j, t, x, p, side_field(sys, side, t, x, p));
+}
+/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
+/// -1 against it, 0 at rest. At rest is what would fly or fall no higher than rounding of h.
+template <class Sys, class S>
+int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& side, int j, const S& t,
+                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    using std::abs;
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return side_field(sys, side, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
+    const auto rate = lie_derivatives<2>(field, h, t, x, p);
+    const S band = rounding_band(sys, j, t, x, p);
+    if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band)
+        return 0;
+    return S(direction) * rate[0] > S(0) ? 1 : -1;
+}
+/// The region that a mode without some surfaces' sides is seen from: those surfaces from above.
+template <int M> Mode<M> region_of(Mode<M> mode) {
+    for (int j = 0; j < M; ++j)
+        if (mode[j] == 0)
+            mode.set(j, +1);
+    return mode;
+}
+
+/// What holds a solution: some h_j = 0, and in contact with a surface that has jumps the normal
+/// speed h_j' = 0 as well.
+template <class Sys> class Constraints {
+    static constexpr int M = surfaces_v<Sys>;
+
+public:
+    static constexpr int capacity = has_jumps_v<Sys> ? 2 * M : M;
+
+    Constraints() = default;
+    /// Those of a mode.
+    explicit Constraints(const Mode<M>& mode) : side_(region_of(mode)) {
+        for (int j = 0; j < M; ++j)
+            if (mode[j] == 0)
+                add(j, is_kind<Sys>(j, SurfaceKind::jump));
+    }
+    /// Those of a mode, and h_j = 0 of some surfaces more.
+    Constraints(const Mode<M>& mode, const SurfaceSet<M>& met) : Constraints(mode) {
+        for (const int j : met)
+            if (mode[j] != 0)
+                add(j, false);
+    }
+    void add(int j, bool at_rest) {
+        row_[std::size_t(n_++)] = {j, false};
+        if constexpr (has_jumps_v<Sys>)
+            if (at_rest)
+                row_[std::size_t(n_++)] = {j, true};
+    }
+
+    int size() const { return n_; }
+    /// The i-th alone.
+    Constraints only(int i) const {
+        Constraints one;
+        one.row_[0] = row_[std::size_t(i)];
+        one.n_ = 1;
+        one.side_ = side_;
+        return one;
+    }
+    int surface(int i) const { return row_[std::size_t(i)].surface; }
+
+    template <class S>
+    S value(const Sys& sys, int i, const S& t, const State<Sys, S>& x,
+            const Params<Sys, S>& p) const {
+        const auto [j, speed] = row_[std::size_t(i)];
+        if constexpr (has_jumps_v<Sys>)
+            if (speed)
+                return normal_speed(sys, side_, j, t, x, p);
+        return switching(sys, t, x, p)[j];
+    }
+    template <class S>
+    State<Sys, S> gradient(const Sys& sys, int i, const S& t, const State<Sys, S>& x,
+                           const Params<Sys, S>& p) const {
+        const auto [j, speed] = row_[std::size_t(i)];
+        if constexpr (has_jumps_v<Sys>)
+            if (speed) {
+                const auto q = lift<1>(p);
+                const auto g = [&, surface = j](const auto& time, const auto& y) {
+                    return normal_speed(sys, side_, surface, time, y, q);
+                };
+                State<Sys, S> gradient;
+                for (int k = 0; k < dim_v<Sys>; ++k)
+                    gradient[k] = directional(g, t, x, S(0), State<Sys, S>(State<Sys, S>::Unit(k)));
+                return gradient;
+            }
+        return grad_h(sys, j, t, x, p);
+    }
+
+private:
+    struct Row {
+        int surface;
+        bool speed;
+    };
+    std::array<Row, std::size_t(capacity)> row_{};
+    int n_ = 0;
+    Mode<M> side_{};
+};
+
+namespace detail {
+
+/// Gradients of constraints, their lengths and the cosines between them, in units of `scale`.
+template <class Sys, class S> struct Gradients {
+    static constexpr int C = Constraints<Sys>::capacity;
+    std::array<State<Sys, S>, std::size_t(C)> g;
+    std::array<S, std::size_t(C)> length;
+    Mat<S, C, C> cosine;
+};
+template <class Sys, class S, class R>
+Gradients<Sys, S> gradients(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                            const State<Sys, S>& x, const Params<Sys, S>& p,
+                            const Vec<R, dim_v<Sys>>& scale) {
+    using std::sqrt;
+    Gradients<Sys, S> r;
+    const auto product = [&](int a, int b) {
+        S sum(0);
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            sum += r.g[std::size_t(a)][i] * r.g[std::size_t(b)][i] * (scale[i] * scale[i]);
+        return sum;
+    };
+    for (int a = 0; a < on.size(); ++a) {
+        r.g[std::size_t(a)] = on.gradient(sys, a, t, x, p);
+        r.length[std::size_t(a)] = sqrt(product(a, a));
+        for (int b = 0; b <= a; ++b)
+            r.cosine(a, b) = r.cosine(b, a) =
+                product(a, b) / (r.length[std::size_t(a)] * r.length[std::size_t(b)]);
+    }
+    return r;
+}
+
+} // namespace detail
+
+/// True if the gradients of constraints are linearly independent: each at an angle of more than
+/// a millionth to all before it, in units of `scale`.
+template <class Sys, class S, class R>
+bool independent(const Sys& sys, const Constraints<Sys>& on, const S& t, const State<Sys, S>& x,
+                 const Params<Sys, S>& p, const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (Constraints<Sys>::capacity > 1)
+        if (on.size() > 1) {
+            const auto gradients = detail::gradients(sys, on, t, x, p, scale);
+            constexpr int C = Constraints<Sys>::capacity;
+            Vec<S, C> none = Vec<S, C>::Constant(S(0));
+            return eliminate(gradients.cosine, none, on.size()) > Real<S>(1e-12);
+        }
+    return true;
+}
+
+/// One Newton step onto constraints, by the smallest change in units of `scale`:
+/// x - W G' (G W G')^-1 g.
+template <class Sys, class S, class R>
+FILIPPOV_INLINE State<Sys, S> toward(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                                     const State<Sys, S>& x, const Params<Sys, S>& p,
+                                     const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (single_v<Sys>) {
+        return toward_surface(sys, 0, t, x, p, scale);
+    } else {
+        if (on.size() == 1)
+            return toward_surface(sys, on.surface(0), t, x, p, scale);
+        const auto gradients = detail::gradients(sys, on, t, x, p, scale);
+        Vec<S, Constraints<Sys>::capacity> weight;
+        for (int a = 0; a < on.size(); ++a)
+            weight[a] = on.value(sys, a, t, x, p) / gradients.length[std::size_t(a)];
+        eliminate(gradients.cosine, weight, on.size());
+        State<Sys, S> y = x;
+        for (int a = 0; a < on.size(); ++a)
+            for (int i = 0; i < dim_v<Sys>; ++i)
+                y[i] -= gradients.g[std::size_t(a)][i] * (scale[i] * scale[i]) *
+                        (weight[a] / gradients.length[std::size_t(a)]);
+        return y;
+    }
+}
+
+/// Puts x on constraints to rounding: Newton until the largest violation, in units of the
+/// gradients, stops falling, at most eight times.
+template <class Sys, class S, class R>
+State<Sys, S> project(const Sys& sys, const Constraints<Sys>& on, const S& t, State<Sys, S> x,
+                      const Params<Sys, S>& p, const Vec<R, dim_v<Sys>>& scale) {
+    if (on.size() == 0)
+        return x;
+    if (on.size() == 1)
+        return project(sys, on.surface(0), t, x, p, scale);
+    if constexpr (!single_v<Sys>) {
+        using std::abs;
+        const auto gradients = detail::gradients(sys, on, t, x, p, scale);
+        const auto distance = [&](const State<Sys, S>& y) {
+            S largest(0);
+            for (int a = 0; a < on.size(); ++a)
+                largest = std::max(
+                    largest, S(abs(on.value(sys, a, t, y, p)) / gradients.length[std::size_t(a)]));
+            return largest;
+        };
+        S best = distance(x);
+        for (int k = 0; k < 8 && best > S(0); ++k) {
+            const State<Sys, S> y = toward(sys, on, t, x, p, scale);
+            const S now = distance(y);
+            if (!(now < best))
+                break;
+            best = now;
+            x = y;
+        }
+        // One after another: exact to the last bit where each surface has a component of its own.
+        State<Sys, S> y = x;
+        for (int a = 0; a < on.size() && best > S(0); ++a)
+            y = toward(sys, on.only(a), t, y, p, scale);
+        if (distance(y) < best)
+            x = y;
     }
     return x;
 }

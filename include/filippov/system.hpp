@@ -6,6 +6,7 @@
 #include <filippov/taylor.hpp>
 
 #include <array>
+#include <iterator>
 #include <string_view>
 
 namespace filippov {
@@ -33,8 +34,71 @@ inline constexpr int params_v = [] {
         return 0;
 }();
 
+/// What a surface is.
+enum class SurfaceKind : unsigned char {
+    switching, ///< the field jumps there: crossed, or slid on
+    kink,      ///< the field is continuous there and only a derivative jumps: always crossed
+    /// The solution stays where h >= 0: where h falls to zero the state jumps by `jump`. A jump
+    /// that leaves it on the surface and turns its normal speed is an impact; at rest, and pushed
+    /// against the surface, the solution stays in contact (mode 0).
+    jump,
+};
+
+/// The kinds of the surfaces: `static constexpr std::array<SurfaceKind, M> kinds`, all switching if
+/// absent.
+template <class Sys>
+inline constexpr std::array<SurfaceKind, std::size_t(surfaces_v<Sys>)> kinds_v = [] {
+    std::array<SurfaceKind, std::size_t(surfaces_v<Sys>)> kinds{};
+    if constexpr (requires { Sys::kinds[0]; }) {
+        static_assert(std::size(Sys::kinds) == kinds.size(),
+                      "filippov: `kinds` needs one entry for each of the system's `surfaces`");
+        for (std::size_t j = 0; j < kinds.size(); ++j)
+            kinds[j] = Sys::kinds[j];
+    }
+    return kinds;
+}();
+template <class Sys> constexpr bool is_kind(int j, SurfaceKind kind) {
+    return kinds_v<Sys>[std::size_t(j)] == kind;
+}
+/// True if the state jumps at some surface.
+template <class Sys>
+inline constexpr bool has_jumps_v = [] {
+    for (const SurfaceKind kind : kinds_v<Sys>)
+        if (kind == SurfaceKind::jump)
+            return true;
+    return false;
+}();
+/// True of one surface at which only the field jumps: what everything in closed form is for.
+template <class Sys>
+inline constexpr bool single_v = surfaces_v<Sys> == 1 && is_kind<Sys>(0, SurfaceKind::switching);
+
 template <class Sys, class S> using State = Vec<S, dim_v<Sys>>;
 template <class Sys, class S> using Params = Vec<S, params_v<Sys>>;
+
+// --- modes -------------------------------------------------------------------------------------
+
+/// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding).
+template <int M> struct Mode {
+    std::array<signed char, std::size_t(M)> side{};
+
+    int operator[](int j) const { return side[std::size_t(j)]; }
+    void set(int j, int value) { side[std::size_t(j)] = static_cast<signed char>(value); }
+    /// How many surfaces are slid on.
+    int sliding() const {
+        int n = 0;
+        for (signed char v : side)
+            n += v == 0;
+        return n;
+    }
+    /// One number for all: the sum of mode[j] 3^j, for one surface its mode.
+    int code() const {
+        int sum = 0;
+        for (int j = M - 1; j >= 0; --j)
+            sum = 3 * sum + (*this)[j];
+        return sum;
+    }
+    bool operator==(const Mode&) const = default;
+};
 
 // --- the required members ----------------------------------------------------------------------
 
@@ -74,16 +138,44 @@ concept HasField =
         };
     };
 
-/// A Filippov system: `dim`, a switching function `h`, and either two sides or one blended field,
-/// each a template over the scalar (checked with double and with the differentiating scalar).
+/// region(t, x, side, p): the field of the region where the h_j have these signs, each smooth
+/// across its surfaces.
+template <class Sys, class S>
+concept HasRegions = requires(const Sys& sys, const S& t, const State<Sys, S>& x,
+                              const Mode<surfaces_v<Sys>>& side, const Params<Sys, S>& p) {
+    { sys.region(t, x, side, p) } -> std::same_as<State<Sys, S>>;
+};
+
+/// f(t, x, p): one field for all regions, where all surfaces are kinks or jumps of the state.
+template <class Sys, class S>
+concept HasOneField =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.f(t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
+
+/// Its fields, in any of these forms.
+template <class Sys, class S>
+concept HasFields =
+    HasSides<Sys, S> || HasRegions<Sys, S> || HasField<Sys, S> || HasOneField<Sys, S>;
+
+/// jump(j, t, x, p): the state after the jump at surface j.
+template <class Sys, class S>
+concept HasJump =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.jump(0, t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
+
+/// A Filippov system: `dim`, a switching function `h`, and its fields as two sides, as a field a
+/// region or as one blend, each a template over the scalar (checked with double and with the
+/// differentiating scalar).
 template <class Sys>
 concept FilippovSystem =
     requires {
         requires Sys::dim >= 1;
         requires surfaces_v<Sys> >= 1;
-    } && HasSwitch<Sys, double> && HasSwitch<Sys, Taylor<double, 1>> &&
-    (HasSides<Sys, double> || HasField<Sys, double>) &&
-    (HasSides<Sys, Taylor<double, 1>> || HasField<Sys, Taylor<double, 1>>);
+    } && HasSwitch<Sys, double> && HasSwitch<Sys, Taylor<double, 1>> && HasFields<Sys, double> &&
+    HasFields<Sys, Taylor<double, 1>> &&
+    (!has_jumps_v<Sys> || (HasJump<Sys, double> && HasJump<Sys, Taylor<double, 1>>));
 
 // --- optional members --------------------------------------------------------------------------
 
@@ -102,14 +194,14 @@ concept HasHt =
 /// sliding_flow(t, x, p, dt): the sliding motion in closed form, x(t + dt) from x on the surface.
 template <class Sys, class S>
 concept HasSlidingFlow =
-    surfaces_v<Sys> == 1 && requires(const Sys& sys, const S& t, const State<Sys, S>& x,
-                                     const Params<Sys, S>& p, const S& dt) {
+    single_v<Sys> && requires(const Sys& sys, const S& t, const State<Sys, S>& x,
+                              const Params<Sys, S>& p, const S& dt) {
         { sys.sliding_flow(t, x, p, dt) } -> std::same_as<State<Sys, S>>;
     };
 /// equivalent_control(t, x, p): s of (4.12) in closed form.
 template <class Sys, class S>
 concept HasEquivalentControl =
-    surfaces_v<Sys> == 1 &&
+    single_v<Sys> &&
     requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
         { sys.equivalent_control(t, x, p) } -> std::same_as<S>;
     };
@@ -120,7 +212,7 @@ concept HasPeriod = requires(const Sys& sys, const Params<Sys, S>& p) {
 };
 /// s_max(p) >= 1: sliding is kept while |s| <= s_max (static friction above kinetic).
 template <class Sys, class S>
-concept HasSMax = surfaces_v<Sys> == 1 && requires(const Sys& sys, const Params<Sys, S>& p) {
+concept HasSMax = single_v<Sys> && requires(const Sys& sys, const Params<Sys, S>& p) {
     { sys.s_max(p) } -> std::same_as<S>;
 };
 
@@ -134,38 +226,28 @@ template <class Sys> constexpr void require_system() {
                           "filippov: a system needs `template <class S> S h(const S& t, const "
                           "Vec<S, dim>& x, const Vec<S, n_params>& p) const` "
                           "returning exactly S (Vec<S, surfaces> for several surfaces)");
-            static_assert(HasSides<Sys, double> || HasField<Sys, double>,
-                          "filippov: a system needs `f1` and `f2` (or `field` with the blend "
-                          "variable s), templates over the scalar S "
-                          "that return exactly Vec<S, dim>, not an Eigen expression");
+            static_assert(HasFields<Sys, double>,
+                          "filippov: a system needs `f1` and `f2` (or `region` with the sides of "
+                          "its surfaces, or `field` with the blend variable s), templates over the "
+                          "scalar S that return exactly Vec<S, dim>, not an Eigen expression");
             static_assert(!HasSwitch<Sys, double> || HasSwitch<Sys, Taylor<double, 1>>,
                           "filippov: `h` must be a template over the scalar S, so that it can be "
                           "differentiated");
-            static_assert(!(HasSides<Sys, double> || HasField<Sys, double>) ||
-                              HasSides<Sys, Taylor<double, 1>> || HasField<Sys, Taylor<double, 1>>,
-                          "filippov: `f1` and `f2` (or `field`) must be templates over the scalar "
-                          "S, so that they can be differentiated");
+            static_assert(!HasFields<Sys, double> || HasFields<Sys, Taylor<double, 1>>,
+                          "filippov: `f1` and `f2` (or `region`, or `field`) must be templates "
+                          "over the scalar S, so that they can be differentiated");
+            static_assert(
+                !has_jumps_v<Sys> || HasJump<Sys, double>,
+                "filippov: a surface of kind `jump` needs `template <class S> Vec<S, dim> "
+                "jump(int j, const S& t, const Vec<S, dim>& x, const Vec<S, n_params>& p) "
+                "const`");
+            static_assert(!has_jumps_v<Sys> || !HasJump<Sys, double> ||
+                              HasJump<Sys, Taylor<double, 1>>,
+                          "filippov: `jump` must be a template over the scalar S, so that it can "
+                          "be differentiated");
         }
     }
 }
-
-// --- modes -------------------------------------------------------------------------------------
-
-/// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding).
-template <int M> struct Mode {
-    std::array<signed char, std::size_t(M)> side{};
-
-    int operator[](int j) const { return side[std::size_t(j)]; }
-    void set(int j, int value) { side[std::size_t(j)] = static_cast<signed char>(value); }
-    /// How many surfaces are slid on.
-    int sliding() const {
-        int n = 0;
-        for (signed char v : side)
-            n += v == 0;
-        return n;
-    }
-    bool operator==(const Mode&) const = default;
-};
 
 // --- using a system ----------------------------------------------------------------------------
 
@@ -197,8 +279,12 @@ template <class Sys, class S>
 FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
                                          const S& t, const State<Sys, S>& x,
                                          const Params<Sys, S>& p) {
-    if constexpr (HasSides<Sys, S>) {
+    if constexpr (HasOneField<Sys, S>) {
+        return sys.f(t, x, p);
+    } else if constexpr (HasSides<Sys, S>) {
         return mode[0] < 0 ? sys.f1(t, x, p) : sys.f2(t, x, p);
+    } else if constexpr (HasRegions<Sys, S>) {
+        return sys.region(t, x, mode, p);
     } else {
         Vec<S, surfaces_v<Sys>> s;
         for (int j = 0; j < surfaces_v<Sys>; ++j)

@@ -41,28 +41,28 @@ template <class Sys, class S> struct Trajectory {
     /// @error std::out_of_range outside, std::logic_error without dense output
     Vec<S, N> operator()(const S& time) const {
         const auto& piece = piece_at(time);
-        const S theta = std::clamp(S((time - piece.clock.absolute()) / piece.dt), S(0), S(1));
+        const S theta = piece.dt != S(0)
+                            ? std::clamp(S((time - piece.clock.absolute()) / piece.dt), S(0), S(1))
+                            : S(0);
         if (piece.closed_form) {
             if constexpr (HasSlidingFlow<Sys, S>)
                 return sys.sliding_flow(piece.clock.local, piece.x0, p, S(theta * piece.dt));
         }
         const Vec<S, N> y = piece.polynomial(theta);
-        const int j = sliding_surface(piece.mode);
-        return j < 0 ? y : project(sys, j, S(piece.clock.local + theta * piece.dt), y, p, scale);
+        const Constraints<Sys> held(piece.mode);
+        return project(sys, held, S(piece.clock.local + theta * piece.dt), y, p, scale);
     }
     /// Mode at time t; at an event the mode before it.
     Mode<M> mode_at(const S& time) const { return piece_at(time).mode; }
 
-    /// Blend variable at time t: -1 and +1 off the surface, the equivalent control on it (one
-    /// surface).
-    S s(const S& time) const
-        requires(M == 1)
-    {
+    /// Blend variable of surface j at time t: -1 and +1 off the surface, the equivalent control on
+    /// it.
+    S s(const S& time, int j = 0) const {
         const auto& piece = piece_at(time);
-        if (piece.mode[0] != 0)
-            return S(piece.mode[0]);
+        if (piece.mode[j] != 0)
+            return S(piece.mode[j]);
         const S local = piece.clock.local + (time - piece.clock.absolute());
-        return sliding_margin(sys, piece.mode, local, (*this)(time), p).s;
+        return sliding_margin(sys, piece.mode, j, local, (*this)(time), p).s;
     }
 
 private:
@@ -96,6 +96,9 @@ template <class Sys, class S, bool Dense> struct Recorder {
     template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
         if (trajectory.t.size() == 1)
             trajectory.mode.front() = step.mode;
+        if constexpr (has_jumps_v<Sys>)
+            if (step.x0 != trajectory.x.back())
+                land(step);
         add(step.end.absolute(), step.x1, step.mode);
         if constexpr (Dense) {
             DensePiece<S, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
@@ -107,12 +110,37 @@ template <class Sys, class S, bool Dense> struct Recorder {
     }
 
 private:
+    /// After a jump of the state the time is there twice, with the states before and after.
+    void land(const StepView<S, N, M>& step) {
+        add(step.clock.absolute(), step.x0, step.mode);
+        if constexpr (Dense) {
+            DensePiece<S, N, M> piece{step.clock, S(0), step.x0, step.mode, {}, false};
+            for (auto& c : piece.polynomial.c)
+                c.setZero();
+            piece.polynomial.c[0] = step.x0;
+            trajectory.pieces.push_back(piece);
+        }
+    }
     void add(const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
         trajectory.t.push_back(t);
         trajectory.x.push_back(x);
         trajectory.mode.push_back(mode);
     }
 };
+
+/// A trajectory of which nothing is known yet.
+template <class Sys, class S>
+Trajectory<Sys, S> empty_trajectory(const Sys& sys, const Params<Sys, S>& p,
+                                    const Vec<S, dim_v<Sys>>& x0,
+                                    const Settings<S, dim_v<Sys>>& settings) {
+    Trajectory<Sys, S> trajectory{sys, p, {}, {}, {}, {}, {}, {}, {}};
+    for (int i = 0; i < dim_v<Sys>; ++i) {
+        using std::abs;
+        trajectory.scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x0[i])),
+                                       std::numeric_limits<S>::min() / epsilon<S>);
+    }
+    return trajectory;
+}
 
 /// Simulates and keeps everything: the convenient form of `flow`.
 template <class Tableau = DormandPrince5, bool Dense = true, class Sys, class S,
@@ -121,12 +149,7 @@ Trajectory<Sys, S> simulate(const Sys& sys, const Params<Sys, std::type_identity
                             const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
                             std::type_identity_t<S> t_end,
                             const Settings<S, dim_v<Sys>>& settings = {}, const Sec& watched = {}) {
-    Trajectory<Sys, S> trajectory{sys, p, {}, {}, {}, {}, {}, {}, {}};
-    for (int i = 0; i < dim_v<Sys>; ++i) {
-        using std::abs;
-        trajectory.scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x0[i])),
-                                       std::numeric_limits<S>::min() / epsilon<S>);
-    }
+    Trajectory<Sys, S> trajectory = empty_trajectory(sys, p, x0, settings);
     Recorder<Sys, S, Dense> recorder{trajectory};
     trajectory.result = flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);
     return trajectory;

@@ -65,6 +65,26 @@ public:
         else if (!(mode == mode_))
             pass(clock, mode);
     }
+    /// The state jumps at surface j.
+    /// @param mode  before and after
+    void jump(const Clock<R>& clock, const Mode<M>& before, int j, const Mode<M>& after) {
+        follow(clock, before);
+        const auto h = [&](const auto& t, const auto& x, const auto& p) {
+            using S = std::remove_cvref_t<decltype(t)>;
+            return S(switching(sys_, t, x, p)[j]);
+        };
+        if (tangential(clock, j, h))
+            singular_ = true;
+        const D delay = delay_of(clock, h), t = time_at(clock) + delay;
+        last_.before = mode_;
+        last_.x = sys_.jump(j, t, shifted(x_, time_at(clock), delay, mode_), p_);
+        mode_ = after;
+        last_.after = after;
+        last_.surface = j;
+        last_.t = D(clock.absolute()) + delay;
+        x_ = shifted(last_.x, t, -delay, mode_);
+        have_k0_ = false;
+    }
     /// State at the (dual) time `t`, whose value `clock` shows.
     X state_at(const Clock<R>& clock, const D& t) const {
         return shifted(x_, time_at(clock), infinitesimal(t), mode_);
@@ -91,15 +111,14 @@ private:
     D time_at(const Clock<R>& clock) const { return D(clock.local) - period_ * R(clock.index); }
     auto field() const {
         return [this](const auto& t, const auto& x, const auto& p) {
-            return sliding_surface(mode_) >= 0 ? sliding(sys_, mode_, t, x, p).f
-                                               : side_field(sys_, mode_, t, x, p);
+            return mode_field(sys_, mode_, t, x, p);
         };
     }
     FILIPPOV_NOINLINE X field_at(const Mode<M>& mode, const D& t, const X& x) const {
-        const int j = sliding_surface(mode);
-        if (j < 0)
+        if (sliding_surface(mode) < 0)
             return side_field(sys_, mode, t, x, p_);
-        return sliding(sys_, mode, t, toward_surface(sys_, j, t, x, p_, scale()), p_).f;
+        const Constraints<Sys> held(mode);
+        return mode_field(sys_, mode, t, toward(sys_, held, t, x, p_, scale()), p_);
     }
     Vec<R, N> scale() const {
         using std::abs;
@@ -109,11 +128,13 @@ private:
                             std::numeric_limits<R>::min() / epsilon<R>);
         return s;
     }
-    /// Newton in infinitesimals onto the surface slid on.
+    /// Newton in infinitesimals onto the surfaces slid on.
     X on_surface(X x, const D& t, const Mode<M>& mode) const {
-        if (const int j = sliding_surface(mode); j >= 0)
+        if (sliding_surface(mode) >= 0) {
+            const Constraints<Sys> held(mode);
             for (int k = 0; k < nesting; ++k)
-                x = with_values(toward_surface(sys_, j, t, x, p_, scale()), values_of(x));
+                x = with_values(toward(sys_, held, t, x, p_, scale()), values_of(x));
+        }
         return x;
     }
     static X with_values(X x, const Vec<R, N>& values) {
@@ -139,9 +160,15 @@ private:
 
     void start(const Clock<R>& clock, const Mode<M>& mode) {
         Mode<M> first = mode;
-        if (const int j = sliding_surface(mode); j >= 0) {
+        for (int j = 0; j < M; ++j) {
+            if (mode[j] != 0)
+                continue;
             // A neighbour that starts off the surface falls onto it: the same from either side.
-            const auto b = both_sides(sys_, mode, j, R(clock.local), values_of(x_), values_);
+            first.set(j, +1);
+            if (is_kind<Sys>(j, SurfaceKind::jump))
+                continue;
+            const auto b =
+                both_sides(sys_, region_of(first), j, R(clock.local), values_of(x_), values_);
             using std::abs;
             first.set(j, abs(b.l1) > abs(b.l2) ? -1 : 1);
         }
@@ -150,18 +177,56 @@ private:
         last_ = {};
     }
 
+    /// Changes to the mode `after`. Where several surfaces are met at once one neighbour meets this
+    /// one first and another that: if that makes a difference there is no derivative.
     void pass(const Clock<R>& clock, const Mode<M>& after) {
-        for (int j = 0; j < M; ++j)
-            if (mode_[j] != after[j])
-                pass(clock, j, after[j]);
+        if constexpr (M == 1) {
+            if (mode_ != after)
+                pass(clock, 0, after[0]);
+        } else {
+            const X x = x_;
+            const Mode<M> before = mode_;
+            for (int j = M - 1; j >= 0; --j)
+                if (mode_[j] != after[j])
+                    pass(clock, j, after[j]);
+            const X backwards = x_;
+            int changes = 0;
+            x_ = x;
+            mode_ = before;
+            for (int j = 0; j < M; ++j)
+                if (mode_[j] != after[j]) {
+                    pass(clock, j, after[j]);
+                    ++changes;
+                }
+            if (changes > 1 && !agree(x_, backwards))
+                singular_ = true;
+        }
+    }
+    /// True if two states have the same first derivatives, to a millionth of the largest.
+    bool agree(const X& a, const X& b) const {
+        using std::abs;
+        const Vec<R, N> unit = scale();
+        R largest(0), difference(0);
+        for (int i = 0; i < N; ++i)
+            for (std::size_t k = 0; k < a[i].d.size(); ++k) {
+                const R u = value_of(a[i].d[k]) / unit[i], v = value_of(b[i].d[k]) / unit[i];
+                largest = std::max({largest, abs(u), abs(v)});
+                difference = std::max(difference, abs(u - v));
+                if (!(abs(u - v) < std::numeric_limits<R>::infinity()))
+                    return false;
+            }
+        return difference <= R(1e-6) * largest;
     }
     void pass(const Clock<R>& clock, int j, int side) {
+        if constexpr (has_jumps_v<Sys>)
+            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0)
+                return rest(clock, j);
         const bool slid = mode_[j] == 0;
         const auto guard = [&](const auto& t, const auto& x, const auto& p) {
             using S = std::remove_cvref_t<decltype(t)>;
             if (!slid)
                 return S(switching(sys_, t, x, p)[j]);
-            const auto margin = sliding_margin(sys_, mode_, t, x, p);
+            const auto margin = sliding_margin(sys_, mode_, j, t, x, p);
             return S((side < 0 ? margin.below : margin.above) + (s_max(sys_, p) - S(1)));
         };
         if (!slid && tangential(clock, j, guard))
@@ -175,6 +240,33 @@ private:
         last_.t = D(clock.absolute()) + delay;
         last_.x = on_surface(x, t + delay, mode_);
         x_ = shifted(last_.x, t + delay, -delay, mode_);
+        have_k0_ = false;
+    }
+    /// Comes to rest in contact with surface j. Neighbours do so a little sooner or later, but what
+    /// impacts do to them until then contact does as well: what they have of the normal speed is
+    /// taken from them along the push, and what they have of h.
+    void rest(const Clock<R>& clock, int j) {
+        const D t = time_at(clock);
+        const Mode<M> side = region_of(mode_);
+        const auto q = lift<1>(p_);
+        const X push = contact_push(sys_, side, j, t, x_, p_);
+        const auto speed = [&](const auto& time, const auto& y) {
+            return normal_speed(sys_, side, j, time, y, q);
+        };
+        const D turn = directional(speed, t, x_, D(R(0)), push);
+        const X values = X(x_);
+        for (int k = 0; k < nesting; ++k) {
+            const D excess = infinitesimal(normal_speed(sys_, side, j, t, x_, p_));
+            for (int i = 0; i < N; ++i)
+                x_[i] -= push[i] * (excess / turn);
+        }
+        last_.before = mode_;
+        mode_.set(j, 0);
+        last_.after = mode_;
+        last_.surface = j;
+        last_.t = D(clock.absolute());
+        x_ = with_values(on_surface(x_, t, mode_), values_of(values));
+        last_.x = x_;
         have_k0_ = false;
     }
     /// True if the dip of h behind the event is below what the tolerance resolves: the solutions on
@@ -330,6 +422,10 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
         if constexpr (Obs::wants_steps)
             observer.on_step(step, path);
     };
+    if constexpr (has_jumps_v<Sys>)
+        listener.jump = [&](const auto& clock, const auto& before, int j, const auto& after) {
+            variation.jump(clock, before, j, after);
+        };
     listener.event = [&](const auto& event) {
         if (event.kind == EventKind::section)
             section = event.surface;
@@ -341,7 +437,7 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
         listener.ends = [&](const auto& event) {
             const bool over = observer.ends_at(event);
             if (over && event.kind != EventKind::section) {
-                touched = event.mode_before == event.mode_after;
+                touched = event.mode_before == event.mode_after && event.kind != EventKind::jump;
                 passed = !touched;
             }
             return over;

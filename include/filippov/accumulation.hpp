@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Events that follow each other ever faster, and where that ends.
+#pragma once
+
+#include <filippov/clock.hpp>
+#include <filippov/surface.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace filippov {
+
+/// Where a pattern of events ends that repeats ever faster.
+template <class S, int N> struct Limit {
+    S after{};       ///< time from the last event, in the direction of the run
+    Vec<S, N> x{};   ///< state there
+    int pattern = 0; ///< number of events in a repetition
+};
+
+/// The last events of a run: their times, surfaces, and states.
+///
+/// Bounces of a ball and crossings of a spiral follow each other in times that shrink by a ratio r.
+/// With the last repetition of length g the limit is g r / (1 - r) away, and the state is
+/// extrapolated by the same ratio. Several repetitions are taken together as one: the longer g, the
+/// less the rounding of the times says.
+template <class S, int N> class RecentEvents {
+    static constexpr int longest = 6; ///< pattern that is looked for
+    static constexpr int kept = 3 * longest + 1;
+
+public:
+    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
+        last_ = (last_ + 1) % kept;
+        event_[std::size_t(last_)] = {clock, surface, x};
+        n_ = std::min(n_ + 1, kept);
+    }
+    void clear() { n_ = 0; }
+    /// Time from the last event to `now`, without sign; 0 if there was none.
+    S since_last(const Clock<S>& now) const {
+        using std::abs;
+        return n_ > 0 ? abs(ago(0).clock.until(now)) : S(0);
+    }
+
+    /// The limit of the shortest pattern that repeats three times ever faster, if less than the
+    /// tolerance is left to it, or less time than can be resolved.
+    /// @param scale      tolerance of each component
+    /// @param direction  of time
+    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, int direction) const {
+        for (int pattern = 1; 3 * pattern < n_; ++pattern) {
+            if (!repeats(pattern, 3))
+                continue;
+            int q = pattern; // the longest multiple that is still known to repeat
+            while (3 * (q + pattern) < n_ && repeats(pattern, 3 * (q / pattern + 1)))
+                q += pattern;
+            const S g2 = S(direction) * ago(q).clock.until(ago(0).clock);
+            const S g1 = S(direction) * ago(2 * q).clock.until(ago(q).clock);
+            const S g0 = S(direction) * ago(3 * q).clock.until(ago(2 * q).clock);
+            if (!(g2 < g1 && g1 < g0 && g2 > S(0)))
+                continue;
+            // Three events ever sooner are no pattern yet: the ratio must be one.
+            using std::abs;
+            if (!(abs(g2 * g0 - g1 * g1) <= S(0.1) * (g1 * g1)))
+                continue;
+            const S ratio = g2 / g1, left = g2 * ratio / (S(1) - ratio);
+            Limit<S, N> limit{left, ago(0).x, pattern};
+            S square(0);
+            for (int i = 0; i < N; ++i) {
+                const S rest = (ago(0).x[i] - ago(q).x[i]) * ratio / (S(1) - ratio);
+                limit.x[i] += rest;
+                square += (rest / scale[i]) * (rest / scale[i]);
+            }
+            const bool unresolved = left <= S(64) * ulp(ago(0).clock.local);
+            if (square <= S(N) || unresolved)
+                return limit;
+        }
+        return std::nullopt;
+    }
+    /// The surfaces of the last q events.
+    template <int M> SurfaceSet<M> surfaces(int q) const {
+        SurfaceSet<M> set;
+        for (int j = 0; j < M; ++j)
+            for (int k = 0; k < q; ++k)
+                if (ago(k).surface == j && !set.contains(j))
+                    set.add(j);
+        return set;
+    }
+
+private:
+    struct Entry {
+        Clock<S> clock{};
+        int surface = -1;
+        Vec<S, N> x{};
+    };
+
+    /// The k-th event before the last one.
+    const Entry& ago(int k) const { return event_[std::size_t((last_ - k + kept) % kept)]; }
+    /// True if the last q events have come `times` times.
+    bool repeats(int q, int times) const {
+        for (int k = 0; k < (times - 1) * q; ++k)
+            if (ago(k).surface != ago(k + q).surface)
+                return false;
+        return true;
+    }
+
+    std::array<Entry, std::size_t(kept)> event_{};
+    int n_ = 0, last_ = 0;
+};
+
+} // namespace filippov

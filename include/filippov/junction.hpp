@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which mode goes on from a point where several surfaces meet.
+#pragma once
+
+#include <filippov/intersection.hpp>
+#include <filippov/mode.hpp>
+
+namespace filippov {
+
+namespace detail {
+
+/// One mode as a way to go on from a point of several surfaces.
+template <class Sys, class S> class Candidate {
+    static constexpr int M = surfaces_v<Sys>;
+
+public:
+    /// @param regions  around the surfaces in contact
+    Candidate(const Sys& sys, const Mode<M>& mode, const Regions<Sys, S>& regions, const S& t,
+              const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival)
+        : sys_(sys), mode_(mode), regions_(regions), t_(t), x_(x), p_(p), arrival_(arrival) {}
+
+    /// True if the mode's own field keeps it; `starts` then holds the roots that its guards start
+    /// on.
+    /// @param exit  the slide that ended here by s_j = side, if one did
+    bool admissible(const SlideEnd<M>& exit, Starts<M>& starts) {
+        face();
+        const auto blend = blend_of<Sys, S>(flow_);
+        const auto& on = regions_.on;
+        for (int i = 0, z = 0; i < on.n; ++i) {
+            const int j = on[i];
+            if (mode_[j] == 0 && !may_slide(j))
+                return false;
+            if (mode_[j] == 0) {
+                if (!keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]) ||
+                    !keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
+                    return false;
+                ++z;
+            } else if (!keeps_side(i, blend, exit, starts.side[std::size_t(j)])) {
+                return false;
+            }
+        }
+        return true;
+    }
+    /// True if it slides on nothing, or on what is shown to attract.
+    bool attracts() const { return flow_.n == 0 || filippov::attracts(flow_); }
+
+private:
+    /// The regions between which this mode slides: a face of the cube of those in contact.
+    void face() {
+        const auto& on = regions_.on;
+        flow_.n = 0;
+        corner_ = 0;
+        std::array<int, std::size_t(M)> free{};
+        for (int i = 0; i < on.n; ++i)
+            if (mode_[on[i]] == 0)
+                free[std::size_t(flow_.n++)] = i;
+            else if (mode_[on[i]] > 0)
+                corner_ |= 1u << i;
+        for (unsigned v = 0; v < flow_.regions(); ++v) {
+            unsigned region = corner_;
+            for (int z = 0; z < flow_.n; ++z)
+                region |= (v >> z & 1u) << free[std::size_t(z)];
+            region_[v] = region;
+            for (int z = 0; z < flow_.n; ++z)
+                flow_.normal[v][z] = regions_.flow(region, free[std::size_t(z)]);
+        }
+    }
+
+    /// A kink is always crossed, and contact is for what does not leave.
+    bool may_slide(int j) const {
+        if (is_kind<Sys>(j, SurfaceKind::kink))
+            return false;
+        if constexpr (has_jumps_v<Sys>)
+            if (is_kind<Sys>(j, SurfaceKind::jump))
+                return normal_motion(sys_, region_of(mode_), j, t_, x_, p_, arrival_.direction) ==
+                       0;
+        return true;
+    }
+
+    /// 1 +- s_j positive, or zero and growing: 1, 2 derivatives of it are looked at.
+    bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
+        using std::abs;
+        const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
+        if (!at_end && !(abs(margin) <= noise))
+            return margin > S(0);
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        const auto distance = [&](const auto& t, const auto& x, const auto& p) {
+            const auto m = sliding_margin(sys_, mode_, j, t, x, p);
+            return end < 0 ? m.below : m.above;
+        };
+        const auto rate = lie_derivatives<2>(field, distance, t_, x_, p_);
+        S unit = arrival_.tau * S(arrival_.direction);
+        for (order = 1; order <= 2; ++order) {
+            const S change = rate[std::size_t(order - 1)] * unit;
+            if (abs(change) > noise)
+                return change > S(0);
+            unit = unit * arrival_.tau * S(arrival_.direction);
+        }
+        return false;
+    }
+
+    /// The first non-zero derivative of h_j, j the i-th surface in contact, leads to its side.
+    bool keeps_side(int i, const Blend<S, M>& blend, const SlideEnd<M>& exit, int& order) {
+        using std::abs;
+        const int j = regions_.on[i];
+        const bool jumps = is_kind<Sys>(j, SurfaceKind::jump);
+        if (jumps && mode_[j] < 0)
+            return false;
+        order = 1;
+        if constexpr (has_jumps_v<Sys>)
+            if (jumps) {
+                const int motion =
+                    normal_motion(sys_, region_of(mode_), j, t_, x_, p_, arrival_.direction);
+                if (motion != 0)
+                    return motion > 0;
+                order = 2; // at rest: what follows is about the acceleration
+            }
+        S slope(0), size(0);
+        for (unsigned v = 0; v < flow_.regions(); ++v)
+            slope += (flow_.n == 0 ? S(1) : blend.share[v]) * regions_.flow(region_[v], i);
+        for (unsigned v = 0; v < regions_.flow.regions(); ++v)
+            size = std::max(size, S(abs(regions_.flow(v, i))));
+        if (!(abs(slope) <= std::numeric_limits<S>::max()))
+            return false; // no such blend
+        const S forward = S(arrival_.direction);
+        // Where a slide ended by s_j = side the mode without it starts along the surface.
+        Mode<M> ended = exit.mode;
+        if (exit.surface >= 0)
+            ended.set(exit.surface, exit.side);
+        const bool tangent = exit.surface == j && mode_ == ended;
+        if (!tangent && abs(slope) > noise * size)
+            return sign(jumps ? slope : S(forward * slope)) == mode_[j];
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        const auto h = [&](const auto& t, const auto& x, const auto& p) {
+            return switching(sys_, t, x, p)[j];
+        };
+        const auto rate = lie_derivatives<3>(field, h, t_, x_, p_);
+        // all in units of the first derivative that could be zero, of order `first`
+        const int first = order;
+        S unit(1);
+        for (++order; order <= 3; ++order) {
+            unit = unit * forward * arrival_.tau;
+            const S change = rate[std::size_t(order - 1)] * unit;
+            if (abs(change) > noise * size)
+                return sign(first == 2 ? change : S(forward * change)) == mode_[j];
+        }
+        return false;
+    }
+
+    /// Rounding of a margin, or of a normal component in units of the largest.
+    static constexpr S noise = S(1024) * epsilon<S>;
+
+    const Sys& sys_;
+    const Mode<M> mode_;
+    const Regions<Sys, S>& regions_;
+    const S t_;
+    const State<Sys, S>& x_;
+    const Params<Sys, S>& p_;
+    const Arrival<S>& arrival_;
+    NormalField<S, M> flow_;
+    std::array<unsigned, std::size_t(1) << M> region_{};
+    unsigned corner_ = 0;
+};
+
+} // namespace detail
+
+/// Admissible modes at a point of several surfaces, the others as in `mode`: of all 3^n modes those
+/// whose own field keeps them.
+///
+/// A side is kept if the first non-zero derivative of its h_j along the mode's field leads there; a
+/// slide if all |s_j| < 1, or at |s_j| = 1 the derivative of s_j points inward. The verdict is
+/// unique if one mode is admissible, and it slides on nothing or on what is shown to attract.
+///
+/// @param on    the surfaces in contact, two or more: hit here or slid on
+/// @param exit  the slide that ended here, if one did
+/// @cost  2^n fields, 3^n small linear systems
+template <class Sys, class S>
+Verdict<surfaces_v<Sys>>
+admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces_v<Sys>>& on,
+           const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
+           const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy) {
+    constexpr int M = surfaces_v<Sys>;
+    Verdict<M> v;
+    v.mode = mode;
+    const auto regions = regions_at(sys, mode, on, t, x, p);
+    for (unsigned r = 0; r < regions.flow.regions(); ++r)
+        if (!all_finite<S, dim_v<Sys>>(regions.field[r])) {
+            v.finite = false;
+            return v;
+        }
+    int modes = 1;
+    for (int i = 0; i < on.n; ++i)
+        modes *= 3;
+    bool attracting = true;
+    for (int code = 0; code < modes; ++code) {
+        for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
+            mode.set(on[i], rest % 3 - 1);
+        detail::Candidate<Sys, S> candidate(sys, mode, regions, t, x, p, arrival);
+        Starts<M> starts;
+        if (!candidate.admissible(exit, starts))
+            continue;
+        attracting = attracting && candidate.attracts();
+        v.add(mode, starts);
+    }
+    v.unique = v.n_options == 1 && attracting;
+    if (v.n_options == 0)
+        v.reason = "no mode is admissible where these surfaces meet";
+    else if (v.n_options > 1)
+        v.reason = "several modes are admissible where these surfaces meet";
+    else if (!attracting)
+        v.reason = "sliding where these surfaces meet is not shown to attract";
+    v.choose(policy);
+    return v;
+}
+
+} // namespace filippov

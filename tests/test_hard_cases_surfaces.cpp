@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Hard cases of several surfaces, jumps and accumulation: H14, H15, H17-H19, H30, H31, H43, and
+// what is not unique there.
+#include "hard.hpp"
+
+#include <filippov/models/blocks.hpp>
+#include <filippov/models/dieci_lopez.hpp>
+#include <filippov/models/impacts.hpp>
+#include <filippov/models/switches.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace filippov;
+using enum EventKind;
+
+namespace {
+
+template <class T, class Sys, int N>
+Run<Sys> follow(const Sys& sys, const Params<Sys, double>& p, const Vec<double, N>& x0,
+                double t_end, const Settings<double, N>& settings) {
+    const auto r = run<T>(sys, p, x0, 0, t_end, settings);
+    INFO(r.result.message());
+    CHECK(faults(r) == "");
+    return r;
+}
+
+/// x_i' = -rate_i sign(h_i) + drift_i on the planes h_i = scale_i (n_i . x), skew or not.
+struct Planes {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double scale0 = 1, scale1 = 1; ///< of the surfaces
+    double skew = 0;               ///< h_2 = y + skew x
+
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(0.3) - s[0], S(-0.2) - S(2) * s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {S(scale0) * x[0], S(scale1) * (x[1] + S(skew) * x[0])};
+    }
+};
+
+/// The same surface twice.
+struct Twice {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double factor = 1;
+
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(1), S(-1) - S(0.1) * s[0] - S(0.1) * s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(factor) * x[1]};
+    }
+};
+
+/// A slide on y = 0 that x = 0 ends or not: above x = 0 the field in y is `right`.
+struct Gate {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double right = 2; ///< y' there: -s + right
+
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        const S passed = (S(1) + s[0]) * S(0.5);
+        return {S(1), -s[1] + S(right) * passed};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1]};
+    }
+};
+
+/// A point that falls onto a floor and is thrown by what the test says.
+struct Thrown {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump};
+    double floor_speed = 0; ///< speed after the floor, beside -x[1]/2
+    double wall = 1e9;      ///< a second surface at this height
+    int rule = 0;           ///< 0: as said; 1: into the floor; 2: nowhere; 3: nothing; 4: onto the
+                            ///< wall; 5: walls that throw to each other
+
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-1)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], S(wall) - x[0]};
+    }
+    template <Scalar S>
+    Vec<S, 2> jump(int j, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        if (j == 1)
+            return {rule == 5 ? S(0) : S(x[0]), rule == 5 ? S(-1) : S(x[1] * S(-0.5))};
+        switch (rule) {
+        case 1:
+            return {S(-1), x[1]};
+        case 2:
+            return {x[0] / S(0), x[1]};
+        case 3:
+            return x;
+        case 4:
+            return {S(wall), S(1)};
+        case 5:
+            return {S(wall), S(1)};
+        default:
+            return {x[0], x[1] * S(-0.5) + S(floor_speed)};
+        }
+    }
+};
+
+} // namespace
+
+// --- accumulation --------------------------------------------------------------------------------
+
+TEMPLATE_TEST_CASE("H14: bounces that accumulate end in rest, in a bounded number of events",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    const double e = GENERATE(0.01, 0.3, 0.7, 0.95);
+    const double tol = GENERATE(1e-3, 1e-7, 1e-13);
+    const auto r = follow<TestType>(models::BouncingBall{}, {9.8, e}, V2(1, 0.5), 60,
+                                    bounded<2>(tol, 100'000, 2'000));
+    INFO("e = " << e << ", tolerance " << tol);
+    CHECK(r.result.status == Status::ok);
+    const double t1 = (0.5 + std::sqrt(0.25 + 2 * 9.8)) / 9.8;
+    const double v1 = std::sqrt(0.25 + 2 * 9.8);
+    const auto limit = r.times(accumulation);
+    REQUIRE(limit.size() == 1);
+    // some hundred bounces, each to an ulp of t = 18
+    CHECK(limit[0] == Approx(t1 + 2 * e * v1 / (9.8 * (1 - e))).epsilon(0).margin(tol + 5e-13));
+    CHECK(r.result.x[0] == 0);
+    CHECK(r.result.x[1] == 0);
+    CHECK(r.result.mode[0] == 0);
+}
+
+TEMPLATE_TEST_CASE("H14: without gravity nothing accumulates, and an elastic ball bounces on",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    const auto flown =
+        follow<TestType>(models::BouncingBall{}, {0.0, 0.5}, V2(1, -1), 10, bounded<2>(1e-9));
+    CHECK(word(flown) == "jump");
+    CHECK(flown.result.x[0] == Approx(4.5).epsilon(1e-12));
+    // every flight lasts 2 sqrt(2 x0/g): five times 0.9035... in ten units of time
+    const auto elastic =
+        follow<TestType>(models::BouncingBall{}, {9.8, 1.0}, V2(1, 0), 10, bounded<2>(1e-9));
+    CHECK(elastic.times(jump).size() == 11);
+    CHECK(elastic.times(accumulation).empty());
+    const double energy = 9.8 * elastic.result.x[0] + elastic.result.x[1] * elastic.result.x[1] / 2;
+    CHECK(energy == Approx(9.8).epsilon(1e-7)); // eleven events of relative errors 1e-9
+}
+
+TEMPLATE_TEST_CASE("H15: crossings that accumulate end on the intersection", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double scale = GENERATE(1.0, 1e-9, 1e9);
+    const auto r = follow<TestType>(models::SignPlane{}, {-1, 2, -2, -1}, V2(0, scale), 2 * scale,
+                                    bounded<2>(1e-9 * std::min(scale, 1.0)));
+    INFO("scale " << scale);
+    CHECK(r.result.status == Status::ok);
+    const auto limit = r.times(accumulation);
+    REQUIRE(limit.size() == 1);
+    CHECK(limit[0] == Approx(scale / 2).epsilon(1e-9));
+    CHECK(r.result.mode == Mode<2>{{0, 0}});
+    CHECK(r.result.counters.events < 80);
+}
+
+// --- meeting several surfaces --------------------------------------------------------------------
+
+TEMPLATE_TEST_CASE("H17: two surfaces hit at once are judged together, whichever is listed first",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // From (1.3, 2.2): x' = -0.7 and y' = -2.2 while both are positive: both zero at t = 13/7 and
+    // 1; the start (0.7, 2.2) reaches both at t = 1, to rounding.
+    const double scale = GENERATE(1.0, 1e9, 1e-9);
+    const Planes sys{scale, 1 / scale, 0};
+    const auto r = follow<TestType>(sys, {}, V2(0.7, 2.2), 2, bounded<2>(1e-10));
+    CHECK(r.result.status == Status::ok);
+    REQUIRE(word(r) == "enter_sliding");
+    CHECK(r.events[1].t == Approx(1).epsilon(4e-16));
+    CHECK(r.events[1].surface == 0);
+    CHECK(r.events[1].contacts == 3u);
+    CHECK(r.events[1].mode_after == Mode<2>{{0, 0}});
+    // at different times they are two events
+    const auto apart = follow<TestType>(sys, {}, V2(1.3, 2.2), 3, bounded<2>(1e-10));
+    CHECK(word(apart) == "enter_sliding enter_sliding");
+    CHECK(apart.events[1].surface == 1);
+    CHECK(apart.events[2].surface == 0);
+}
+
+TEMPLATE_TEST_CASE("H17: starts on, beside and far from an intersection are judged alike", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    for (const double x : {0.0, 1e-17, -1e-17})
+        for (const double y : {0.0, 1e-17, -1e-17}) {
+            const auto r = follow<TestType>(Planes{}, {}, V2(x, y), 1, bounded<2>(1e-9));
+            CHECK(r.result.status == Status::ok);
+            CHECK(r.events[0].mode_after == Mode<2>{{0, 0}});
+            CHECK(r.result.x.cwiseAbs().maxCoeff() == 0);
+        }
+}
+
+TEMPLATE_TEST_CASE("H18: sliding on one surface while another is crossed goes on, or ends",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // y' = -s2 + right passed: for right < 1 the slide goes on, for right > 1 it ends at x = 0
+    const double right = GENERATE(0.0, 0.5, 0.99, 1.01, 2.0, -0.5, -2.0);
+    const auto r = follow<TestType>(Gate{right}, {}, V2(-1, 0), 2, bounded<2>(1e-9));
+    INFO("right = " << right);
+    CHECK(r.result.status == Status::ok);
+    REQUIRE(r.events.size() == 3);
+    CHECK(r.events[1].t == Approx(1).epsilon(1e-14));
+    CHECK(r.events[1].mode_before == Mode<2>{{-1, 0}});
+    if (std::abs(right) < 1) {
+        CHECK(r.events[1].kind == cross);
+        CHECK(r.events[1].mode_after == Mode<2>{{1, 0}});
+        CHECK(r.result.x[1] == 0);
+    } else {
+        const int side = right > 0 ? 1 : -1;
+        CHECK(r.events[1].mode_after == Mode<2>{{1, static_cast<signed char>(side)}});
+        CHECK(r.result.x[1] == Approx(right - side).epsilon(1e-9));
+    }
+}
+
+TEMPLATE_TEST_CASE("H18: leaving an intersection is found to full accuracy", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // exits from the intersection of P13 are at x1 = 1, where s1 = s2 = -1, exactly
+    for (const double tol : {1e-4, 1e-8, 1e-12}) {
+        const auto r = follow<TestType>(models::DieciLopez2{}, {},
+                                        Vec<double, 3>(0.04, -0.01, -0.02), 12, bounded<3>(tol));
+        const auto exit = std::find_if(r.events.begin(), r.events.end(),
+                                       [](const auto& e) { return e.kind == exit_sliding; });
+        REQUIRE(exit != r.events.end());
+        // the landing ends where Newton's corrections drown in the rounding of s
+        CHECK(exit->x_right[0] == Approx(1).epsilon(2e-13));
+        CHECK(exit->x_right[1] == 0.2);
+        CHECK(exit->x_right[2] == 0.4);
+        CHECK(exit->mode_after == Mode<2>{{-1, -1}});
+    }
+}
+
+TEMPLATE_TEST_CASE("H19: one surface given twice is said to be", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    for (const double factor : {1.0, -1.0, 1e9}) {
+        auto r = follow<TestType>(Twice{factor}, {}, V2(0, 1), 5, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::dependent_surfaces);
+        CHECK(r.result.t == Approx(1 / (factor > 0 ? 1.2 : 1.0)).epsilon(1e-9));
+        r = follow<TestType>(Twice{factor}, {}, V2(0, 0), 5, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::dependent_surfaces);
+        CHECK(r.result.t == 0);
+    }
+}
+
+TEMPLATE_TEST_CASE("H43: a repelling intersection is not rested on in silence", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const models::SignPlane sys;
+    const Params<models::SignPlane, double> p(1, 2, -2, 1);
+    auto r = follow<TestType>(sys, p, V2(0, 0), 1, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ambiguous);
+    CHECK(r.result.t == 0);
+    CHECK(r.result.diagnosis.what == "sliding where these surfaces meet is not shown to attract");
+    // a policy may stay, and that is in the log
+    auto settings = bounded<2>(1e-9);
+    settings.on_nonunique = NonUnique::stay;
+    r = follow<TestType>(sys, p, V2(0, 0), 1, settings);
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.x.cwiseAbs().maxCoeff() == 0);
+    CHECK(r.events[0].alternatives == 1);
+    // from beside it solutions spiral away: forward no accumulation
+    r = follow<TestType>(sys, p, V2(0, 1e-6), 0.5, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.times(accumulation).empty());
+    CHECK(r.result.x.norm() > 0.1);
+}
+
+TEMPLATE_TEST_CASE("H43: a saddle between two winners is not unique, and policies choose", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const models::GeneSwitch genes;
+    const auto p = default_params<models::GeneSwitch>();
+    CHECK(follow<TestType>(genes, p, V2(3, 3), 1, bounded<2>(1e-9)).result.status ==
+          Status::ambiguous);
+    auto settings = bounded<2>(1e-9);
+    settings.on_nonunique = NonUnique::stay;
+    const auto r = follow<TestType>(genes, p, V2(3, 3), 1, settings);
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.x == V2(4, 4)); // k off/2 = g 4 with s = 0.2 on both
+}
+
+// --- jumps ---------------------------------------------------------------------------------------
+
+TEMPLATE_TEST_CASE("H30: a jump onto another surface is judged again, at most a hundred times",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    Thrown sys;
+    sys.rule = 4; // from the floor onto the wall, against it: thrown back at once
+    sys.wall = 2;
+    auto r = follow<TestType>(sys, {}, V2(0.5, 0), 1.5, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    REQUIRE(word(r) == "jump jump");
+    CHECK(r.events[1].surface == 0);
+    CHECK(r.events[2].surface == 1);
+    CHECK(r.events[1].t == r.events[2].t);
+    CHECK(r.events[2].x_right == V2(2, -0.5));
+    sys.rule = 5; // thrown to and fro
+    r = follow<TestType>(sys, {}, V2(0.5, 0), 1.5, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::jump_cascade);
+    CHECK(r.result.t == Approx(1).epsilon(1e-9));
+    CHECK(r.result.counters.events <= 101);
+}
+
+TEMPLATE_TEST_CASE("H30: a jump that leads nowhere is refused with its reason", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const auto end = [](int rule) {
+        Thrown sys;
+        sys.rule = rule;
+        return follow<TestType>(sys, {}, V2(0.5, 0), 3, bounded<2>(1e-9)).result;
+    };
+    CHECK(end(1).status == Status::escaped);
+    CHECK(end(1).diagnosis.what == "the jump leads beyond its surface");
+    CHECK(end(2).status == Status::not_finite);
+    CHECK(end(2).diagnosis.what == "jump");
+    CHECK(end(3).status == Status::jump_cascade);
+    CHECK(end(3).diagnosis.what == "the jump here changes nothing");
+    for (const int rule : {1, 2, 3}) {
+        CHECK(end(rule).t == Approx(1).epsilon(1e-9));
+        CHECK(std::abs(end(rule).x[0]) < 1e-9); // the last good state
+    }
+    // a start beyond the surface has no meaning
+    const auto r = follow<TestType>(Thrown{}, {}, V2(-0.5, 0), 3, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::escaped);
+    CHECK(r.result.t == 0);
+}
+
+TEMPLATE_TEST_CASE("H31: contact with zero normal speed rests, without small bounces", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    for (const double v : {0.0, 1e-18, -1e-18}) {
+        const auto r =
+            follow<TestType>(models::BouncingBall{}, {9.8, 0.9}, V2(0, v), 1, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.counters.events <= 400);
+        CHECK(r.result.mode[0] == 0);
+        CHECK(r.result.x == V2(0, 0));
+    }
+    const auto rest =
+        follow<TestType>(models::BouncingBall{}, {9.8, 0.9}, V2(0, 0), 1, bounded<2>(1e-9));
+    CHECK(word(rest) == "");
+    CHECK(rest.events[0].mode_after[0] == 0);
+}
+
+namespace {
+
+/// A block on a table that shakes: x'' = -1 + 2 sin t seen from the table, x >= 0; contact lets go
+/// where 2 sin t = 1.
+struct Shaken {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    template <Scalar S> Vec<S, 2> f(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        using std::sin;
+        return {x[1], S(-1) + S(2) * sin(t)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[0]; }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1] * S(-0.25)};
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H31: contact lets go where its force vanishes, and comes back", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const auto r = follow<TestType>(Shaken{}, {}, V2(0, 0), 9, bounded<2>(1e-11));
+    CHECK(r.result.status == Status::ok);
+    REQUIRE(r.events.size() > 5);
+    CHECK(r.events[0].mode_after[0] == 0);
+    CHECK(r.events[1].kind == exit_sliding);
+    CHECK(r.events[1].t == Approx(pi / 6).epsilon(1e-12));
+    // x = -(t - t0)^2/2 - 2 (sin t - sin t0) + 2 (t - t0) cos t0 in flight
+    CHECK(r.events[2].kind == jump);
+    const double t0 = pi / 6, t = r.events[2].t, u = t - t0;
+    CHECK(-u * u / 2 - 2 * (std::sin(t) - 0.5) + 2 * u * std::cos(t0) == Approx(0).margin(1e-10));
+    CHECK(r.events[2].x_right[1] == Approx(-0.25 * r.events[2].x_left[1]).epsilon(1e-15));
+    // it comes to rest again before the table lets it go the next time
+    CHECK(r.times(accumulation).size() == 1);
+    const auto exits = r.times(exit_sliding);
+    REQUIRE(exits.size() == 2);
+    CHECK(exits[1] == Approx(2 * pi + pi / 6).epsilon(1e-12));
+}
