@@ -26,21 +26,22 @@ template <class S, int N> struct Limit {
 /// extrapolated by the same ratio. Several repetitions are taken together as one: the longer g, the
 /// less the rounding of the times says.
 template <class S, int N> class RecentEvents {
-    static constexpr int longest = 6; ///< pattern that is looked for
-    static constexpr int kept = 3 * longest + 1;
+    static constexpr int kept = 19; ///< three times the longest pattern that is looked for, and one
 
 public:
-    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
-        last_ = (last_ + 1) % kept;
+    /// @return time since the last event, without sign; 0 if there was none
+    S add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
+        using std::abs;
+        gap_ = n_ > 0 ? S(abs(ago(0).clock.until(clock))) : S(0);
+        longest_gap_ = std::max(longest_gap_, gap_);
+        last_ = last_ + 1 == kept ? 0 : last_ + 1;
         event_[std::size_t(last_)] = {clock, surface, x};
         n_ = std::min(n_ + 1, kept);
+        return gap_;
     }
     void clear() { n_ = 0; }
-    /// Time from the last event to `now`, without sign; 0 if there was none.
-    S since_last(const Clock<S>& now) const {
-        using std::abs;
-        return n_ > 0 ? abs(ago(0).clock.until(now)) : S(0);
-    }
+    /// True if it is worth while to look for a limit: the last event came far sooner than others.
+    bool hurry() const { return n_ > 3 && gap_ < S(1e-2) * longest_gap_; }
 
     /// The limit of the shortest pattern that repeats three times ever faster, if less than the
     /// tolerance is left to it, or less time than can be resolved.
@@ -105,6 +106,7 @@ private:
 
     std::array<Entry, std::size_t(kept)> event_{};
     int n_ = 0, last_ = 0;
+    S gap_ = S(0), longest_gap_ = S(0);
 };
 
 } // namespace filippov

@@ -346,7 +346,7 @@ private:
         }
         if (const Status status = crossed_sections(); status != Status::ok)
             return status;
-        return leap_to_limit(j);
+        return watch_for_limit(j);
     }
 
     Status meet(const Mode<M>& before, int guard) {
@@ -429,10 +429,12 @@ private:
 
     /// Where events follow each other ever faster, goes on from their limit if there the solution
     /// is held by all their surfaces.
-    Status leap_to_limit(int j) {
-        if (const auto gap = recent_.since_last(segment_.clock()); gap > S(0))
+    Status watch_for_limit(int j) {
+        if (const S gap = recent_.add(segment_.clock(), j, segment_.x()); gap > S(0))
             segment_.expect_event_after(gap);
-        recent_.add(segment_.clock(), j, segment_.x());
+        return recent_.hurry() ? leap() : Status::ok;
+    }
+    FILIPPOV_COLD Status leap() {
         const auto limit = recent_.limit(segment_.scale(), segment_.direction());
         if (!limit)
             return Status::ok;
@@ -456,6 +458,8 @@ private:
             return unresolved ? segment_.fail(Status::accumulation, "", on[0]) : Status::ok;
         }
         segment_.leap(dt, x);
+        if constexpr (requires { observer_.on_limit(segment_.clock(), held); })
+            observer_.on_limit(segment_.clock(), held);
         segment_.enter(held);
         contacts_ = on;
         alternatives_ = 0;

@@ -29,8 +29,10 @@ template <class S, int N, int M> struct StepView {
 /// optional `skip_periods(left)`, asked after steps and events, says how many of the whole periods
 /// left the run need not follow. An optional `on_jump(clock, before, j, after)` hears of a jump of
 /// the state at surface j when it happens: the modes are the one before and the sides after, where
-/// a slide may follow. An optional `choose(verdict)` names one of a Verdict's options where the
-/// solution is not unique, -1 to leave that to the policy.
+/// a slide may follow. An optional `on_limit(clock, mode)` hears that events accumulated, after the
+/// step that leads past them, and in which mode the solution is held from there on. An optional
+/// `choose(verdict)` names one of a Verdict's options where the solution is not unique, -1 to leave
+/// that to the policy.
 template <class O, class S, int N, int M>
 concept Observer = requires(O& o, const Event<S, N, M>& event) {
     { O::wants_steps } -> std::convertible_to<bool>;
@@ -62,6 +64,7 @@ template <class S, int N, int M> struct Listener {
     std::function<bool()> stop{};                      ///< may be empty
     /// may be empty
     std::function<void(const Clock<S>&, const Mode<M>&, int, const Mode<M>&)> jump{};
+    std::function<void(const Clock<S>&, const Mode<M>&)> limit{}; ///< may be empty
 
     void on_event(const Event<S, N, M>& e) { event(e); }
     template <class Path> void on_step(const StepView<S, N, M>& view, Path& path) {
@@ -69,6 +72,10 @@ template <class S, int N, int M> struct Listener {
     }
     bool ends_at(const Event<S, N, M>& e) { return ends && ends(e); }
     bool interrupted() { return stop && stop(); }
+    void on_limit(const Clock<S>& clock, const Mode<M>& mode) {
+        if (limit)
+            limit(clock, mode);
+    }
     void on_jump(const Clock<S>& clock, const Mode<M>& before, int j, const Mode<M>& after) {
         if (jump)
             jump(clock, before, j, after);

@@ -30,7 +30,7 @@ template <int N> struct Outcome {
     Status status = Status::interrupted; ///< `interrupted`: it was not run to its end
     Clock<double> clock{};
     Vec<double, N> x = Vec<double, N>::Constant(std::numeric_limits<double>::quiet_NaN());
-    int mode = 0; ///< see Mode::code
+    int mode = 0;                        ///< see Mode::code
     std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
     double slide_time = 0;               ///< spent in slides, units of t
 };

@@ -81,6 +81,19 @@ FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
         if (h == S(0))
             return x;
     const State<Sys, S> g = grad_h(sys, j, t, x, p);
+    if constexpr (!is_plain<S> && !is_wide<S>) { // duals and series divide by way of 1/norm
+        int only = -1, n = 0;
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            if (value_of(g[i]) != Real<S>(0)) {
+                only = i;
+                ++n;
+            }
+        if (n == 1) {
+            State<Sys, S> y = x;
+            y[only] = x[only] - h / g[only];
+            return y;
+        }
+    }
     S norm(0);
     for (int i = 0; i < dim_v<Sys>; ++i)
         norm += g[i] * g[i] * scale[i] * scale[i];

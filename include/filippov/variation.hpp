@@ -73,8 +73,7 @@ public:
             using S = std::remove_cvref_t<decltype(t)>;
             return S(switching(sys_, t, x, p)[j]);
         };
-        if (tangential(clock, j, h))
-            singular_ = true;
+        suspect(tangential(clock, j, h));
         const D delay = delay_of(clock, h), t = time_at(clock) + delay;
         last_.before = mode_;
         last_.x = sys_.jump(j, t, shifted(x_, time_at(clock), delay, mode_), p_);
@@ -91,7 +90,21 @@ public:
     }
     /// The last change of mode.
     const Passage<D, N, M>& last() const { return last_; }
-    bool singular() const { return singular_; }
+    bool singular() const { return singular_ || suspected_; }
+    /// Events accumulated: from here on the solution is held in `mode`, and so are its neighbours.
+    void settle(const Clock<R>& clock, const Mode<M>& mode) {
+        if constexpr (has_jumps_v<Sys>)
+            for (int j = 0; j < M; ++j)
+                if (mode[j] == 0 && mode_[j] != 0 && is_kind<Sys>(j, SurfaceKind::jump))
+                    take_normal_speed(clock, j);
+        suspected_ = false;
+        last_.before = mode_;
+        mode_ = last_.after = mode;
+        x_ = on_surface(x_, time_at(clock), mode_);
+        last_.t = D(clock.absolute());
+        last_.x = x_;
+        have_k0_ = false;
+    }
 
     /// The delay of the zero of g(t, x, p), met at `clock` in the present mode.
     template <class G> D delay_of(const Clock<R>& clock, const G& g) {
@@ -134,6 +147,9 @@ private:
             const Constraints<Sys> held(mode);
             for (int k = 0; k < nesting; ++k)
                 x = with_values(toward(sys_, held, t, x, p_, scale()), values_of(x));
+            // One after another: exactly zero where each surface has a component of its own.
+            for (int i = 0; i < held.size() && held.size() > 1; ++i)
+                x = with_values(toward(sys_, held.only(i), t, x, p_, scale()), values_of(x));
         }
         return x;
     }
@@ -219,8 +235,11 @@ private:
     }
     void pass(const Clock<R>& clock, int j, int side) {
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0)
-                return rest(clock, j);
+            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0) {
+                Mode<M> after = mode_;
+                after.set(j, 0);
+                return settle(clock, after);
+            }
         const bool slid = mode_[j] == 0;
         const auto guard = [&](const auto& t, const auto& x, const auto& p) {
             using S = std::remove_cvref_t<decltype(t)>;
@@ -229,8 +248,8 @@ private:
             const auto margin = sliding_margin(sys_, mode_, j, t, x, p);
             return S((side < 0 ? margin.below : margin.above) + (s_max(sys_, p) - S(1)));
         };
-        if (!slid && tangential(clock, j, guard))
-            singular_ = true;
+        if (!slid)
+            suspect(tangential(clock, j, guard));
         const D delay = delay_of(clock, guard), t = time_at(clock);
         const X x = shifted(x_, t, delay, mode_);
         last_.before = mode_;
@@ -242,32 +261,24 @@ private:
         x_ = shifted(last_.x, t + delay, -delay, mode_);
         have_k0_ = false;
     }
-    /// Comes to rest in contact with surface j. Neighbours do so a little sooner or later, but what
+    /// A tangential event has no derivative, unless it is one of those that accumulate: then no
+    /// other sort follows before the limit.
+    void suspect(bool tangential) {
+        singular_ = singular_ || (suspected_ && !tangential);
+        suspected_ = tangential;
+    }
+    /// Neighbours of what comes to rest on surface j do so a little sooner or later, but what
     /// impacts do to them until then contact does as well: what they have of the normal speed is
-    /// taken from them along the push, and what they have of h.
-    void rest(const Clock<R>& clock, int j) {
+    /// taken from them along the push.
+    void take_normal_speed(const Clock<R>& clock, int j) {
         const D t = time_at(clock);
         const Mode<M> side = region_of(mode_);
-        const auto q = lift<1>(p_);
         const X push = contact_push(sys_, side, j, t, x_, p_);
-        const auto speed = [&](const auto& time, const auto& y) {
-            return normal_speed(sys_, side, j, time, y, q);
-        };
-        const D turn = directional(speed, t, x_, D(R(0)), push);
-        const X values = X(x_);
         for (int k = 0; k < nesting; ++k) {
             const D excess = infinitesimal(normal_speed(sys_, side, j, t, x_, p_));
             for (int i = 0; i < N; ++i)
-                x_[i] -= push[i] * (excess / turn);
+                x_[i] -= push[i] * excess;
         }
-        last_.before = mode_;
-        mode_.set(j, 0);
-        last_.after = mode_;
-        last_.surface = j;
-        last_.t = D(clock.absolute());
-        x_ = with_values(on_surface(x_, t, mode_), values_of(values));
-        last_.x = x_;
-        have_k0_ = false;
     }
     /// True if the dip of h behind the event is below what the tolerance resolves: the solutions on
     /// one side of this one do not meet the surface at all.
@@ -380,7 +391,7 @@ private:
     const D delay_;  ///< of the start
     const D period_; ///< infinitesimal part of the period
     RungeKutta<Tableau, D, N> rk_;
-    bool started_ = false, have_k0_ = false, singular_ = false;
+    bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
     Passage<D, N, M> last_{};
 };
 
@@ -422,6 +433,7 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
         if constexpr (Obs::wants_steps)
             observer.on_step(step, path);
     };
+    listener.limit = [&](const auto& clock, const auto& mode) { variation.settle(clock, mode); };
     if constexpr (has_jumps_v<Sys>)
         listener.jump = [&](const auto& clock, const auto& before, int j, const auto& after) {
             variation.jump(clock, before, j, after);
