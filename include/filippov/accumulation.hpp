@@ -29,16 +29,16 @@ template <class S, int N> class RecentEvents {
     static constexpr int kept = 19; ///< three times the longest pattern that is looked for, and one
 
 public:
-    /// @return time since the last event, without sign; 0 if there was none
-    S add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
+    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
         using std::abs;
         gap_ = n_ > 0 ? S(abs(ago(0).clock.until(clock))) : S(0);
         longest_gap_ = std::max(longest_gap_, gap_);
         last_ = last_ + 1 == kept ? 0 : last_ + 1;
         event_[std::size_t(last_)] = {clock, surface, x};
         n_ = std::min(n_ + 1, kept);
-        return gap_;
     }
+    /// Time between the last two events, without sign; 0 if there is no second.
+    S gap() const { return gap_; }
     void clear() { n_ = 0; }
     /// True if it is worth while to look for a limit: the last event came far sooner than others.
     bool hurry() const { return n_ > 3 && gap_ < S(1e-2) * longest_gap_; }
@@ -47,7 +47,9 @@ public:
     /// tolerance is left to it, or less time than can be resolved.
     /// @param scale      tolerance of each component
     /// @param direction  of time
-    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, int direction) const {
+    /// @param field      where the last event led: in the time left it must not lead far
+    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Vec<S, N>& field,
+                                     int direction) const {
         for (int pattern = 1; 3 * pattern < n_; ++pattern) {
             if (!repeats(pattern, 3))
                 continue;
@@ -69,9 +71,11 @@ public:
             for (int i = 0; i < N; ++i) {
                 const S rest = (ago(0).x[i] - ago(q).x[i]) * ratio / (S(1) - ratio);
                 limit.x[i] += rest;
-                square += (rest / scale[i]) * (rest / scale[i]);
+                // What resets throw to the same state again and again moves in between.
+                const S moved = std::max(S(abs(rest)), S(1e-3) * S(abs(field[i] * left)));
+                square += (moved / scale[i]) * (moved / scale[i]);
             }
-            const bool unresolved = left <= S(64) * ulp(ago(0).clock.local);
+            const bool unresolved = gap_ <= S(1024) * ulp(ago(0).clock.local);
             if (square <= S(N) || unresolved)
                 return limit;
         }

@@ -26,40 +26,70 @@ template <class Sys, class S> struct Solution {
 /// All solutions that were followed.
 template <class Sys, class S> struct Solutions {
     std::vector<Solution<Sys, S>> all;
-    bool complete = true; ///< false: there are more than were asked for
+    bool complete = true; ///< false: there are more than were asked for, or than can be listed
 };
 
-namespace detail {
-
-/// A recorder that makes the choices of a script, and from its end on the first.
-template <class Sys, class S, bool Dense> struct ScriptedRecorder : Recorder<Sys, S, Dense> {
-    static constexpr int M = surfaces_v<Sys>;
-    const std::vector<int>& script;
-    std::vector<Choice<S, M>>& choices;
-
+/// What to choose where a solution is not unique, run after run until all has been tried: depth
+/// first, each run from the start.
+template <class S, int M> class Script {
+public:
+    /// The option to take: the next one planned, or the first.
     int choose(const Verdict<M>& v) {
         if (v.kept() == 0)
             return -1;
-        const std::size_t n = choices.size();
-        const int option = n < script.size() ? script[n] : 0;
-        choices.push_back({S(0), v.option[std::size_t(option)], option, v.kept(), v.reason});
+        const std::size_t n = made_.size();
+        const int option = n < plan_.size() ? plan_[n] : 0;
+        made_.push_back({S(0), v.option[std::size_t(option)], option, v.kept(), v.reason});
+        complete_ = complete_ && v.n_options > 1 && v.kept() == v.n_options;
         return option;
     }
-    void on_event(const Event<S, Recorder<Sys, S, Dense>::N, M>& event) {
-        Recorder<Sys, S, Dense>::on_event(event);
-        if (event.alternatives > 0 && dated < choices.size())
-            choices[dated++].t = event.t;
+    /// Tells when the last choice was made.
+    void note(const S& t) {
+        if (dated_ < made_.size())
+            made_[dated_++].t = t;
     }
-    std::size_t dated = 0;
+    const std::vector<Choice<S, M>>& made() const { return made_; }
+    /// False if there are solutions beside the options, such as those that spiral away from an
+    /// intersection which does not attract.
+    bool complete() const { return complete_; }
+    /// Plans the next run: the last choice that has another option takes it. False if none has.
+    bool next() {
+        std::size_t last = made_.size();
+        while (last > 0 && made_[last - 1].option + 1 == made_[last - 1].options)
+            --last;
+        plan_.clear();
+        for (std::size_t k = 0; k < last; ++k)
+            plan_.push_back(made_[k].option + (k + 1 == last ? 1 : 0));
+        made_.clear();
+        dated_ = 0;
+        return last > 0;
+    }
+
+private:
+    std::vector<int> plan_;
+    std::vector<Choice<S, M>> made_;
+    std::size_t dated_ = 0;
+    bool complete_ = true;
 };
 
-} // namespace detail
+/// An observer that chooses by a script.
+template <class Obs, class S, int M> struct Scripted : Obs {
+    Script<S, M>& script;
+
+    Scripted(Obs observer, Script<S, M>& by) : Obs(std::move(observer)), script(by) {}
+    int choose(const Verdict<M>& v) { return script.choose(v); }
+    template <int N> void on_event(const Event<S, N, M>& event) {
+        Obs::on_event(event);
+        if (event.alternatives > 0)
+            script.note(event.t);
+    }
+};
 
 /// Simulates every solution from x0: at each point where it is not unique all modes that are
-/// admissible there are followed, depth first, each from the start.
+/// admissible there are followed.
 ///
-/// A solution may slide on a repulsive surface and leave it at any later time; of these the one
-/// that stays is followed.
+/// A solution may slide on a repulsive surface and leave it at any later time. Of these the one
+/// that stays is followed; it chooses again where it meets another surface.
 /// @param most  solutions at most
 /// @error std::invalid_argument as in `flow`, and for most < 1
 /// @cost  one run a solution
@@ -70,31 +100,25 @@ Solutions<Sys, S> simulate_all(const Sys& sys, const Params<Sys, std::type_ident
                                std::type_identity_t<S> t_end,
                                const Settings<S, dim_v<Sys>>& settings = {}, int most = 64,
                                const Sec& watched = {}) {
+    constexpr int M = surfaces_v<Sys>;
     detail::require_positive("most", most);
     Solutions<Sys, S> solutions;
-    std::vector<int> script;
-    for (;;) {
+    Script<S, M> script;
+    do {
         if (int(solutions.all.size()) == most) {
             solutions.complete = false;
-            return solutions;
+            break;
         }
-        solutions.all.push_back({{}, empty_trajectory(sys, p, x0, settings)});
-        auto& solution = solutions.all.back();
-        detail::ScriptedRecorder<Sys, S, Dense> recorder{
-            {solution.trajectory}, script, solution.choices};
+        Solution<Sys, S> solution{{}, empty_trajectory(sys, p, x0, settings)};
+        using Keeps = Recorder<Sys, S, Dense>;
+        Scripted<Keeps, S, M> recorder(Keeps{solution.trajectory}, script);
         solution.trajectory.result =
             flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);
-        // the last choice that has another option takes it
-        const auto& made = solution.choices;
-        std::size_t last = made.size();
-        while (last > 0 && made[last - 1].option + 1 == made[last - 1].options)
-            --last;
-        if (last == 0)
-            return solutions;
-        script.clear();
-        for (std::size_t k = 0; k < last; ++k)
-            script.push_back(made[k].option + (k + 1 == last ? 1 : 0));
-    }
+        solution.choices = script.made();
+        solutions.all.push_back(std::move(solution));
+    } while (script.next());
+    solutions.complete = solutions.complete && script.complete();
+    return solutions;
 }
 
 } // namespace filippov

@@ -139,7 +139,8 @@ private:
 
     /// On which sides of the surfaces the state is, and which of these it is on: to rounding, or to
     /// what the tolerance calls nothing.
-    std::pair<Mode<M>, SurfaceSet<M>> place() const {
+    /// @param met, h_met  a surface that was met with this h: still there if |h| has not grown
+    std::pair<Mode<M>, SurfaceSet<M>> place(int met = -1, const S& h_met = S(0)) const {
         const S t = segment_.clock().local;
         const Vec<S, M> h = switching(sys_, t, segment_.x(), p_);
         Mode<M> mode;
@@ -147,7 +148,8 @@ private:
         for (int j = 0; j < M; ++j) {
             mode.set(j, h[j] < S(0) ? -1 : 1);
             using std::abs;
-            if (abs(h[j]) <= start_band(sys_, j, t, segment_.x(), p_, X(settings_.atol))) {
+            if (abs(h[j]) <= start_band(sys_, j, t, segment_.x(), p_, X(settings_.atol)) ||
+                (j == met && abs(h[j]) <= abs(h_met))) {
                 contacts.add(j);
                 if (is_kind<Sys>(j, SurfaceKind::jump))
                     mode.set(j, +1);
@@ -160,8 +162,9 @@ private:
     Status settle(const Mode<M>& mode, const SurfaceSet<M>& on) {
         return settle(Constraints<Sys>(mode, on));
     }
-    Status settle(const Constraints<Sys>& on) {
+    Status settle(const Constraints<Sys>& all) {
         const S t = segment_.clock().local;
+        const Constraints<Sys> on = all.of_state(sys_, t, segment_.x(), p_);
         for (int i = 0; i < on.size(); ++i)
             if (!(on.gradient(sys_, i, t, segment_.x(), p_).cwiseAbs().maxCoeff() > S(0)))
                 return segment_.fail(Status::degenerate_surface, "grad h", on.surface(i));
@@ -217,7 +220,10 @@ private:
             int chosen = -1;
             if constexpr (requires { observer_.choose(v); })
                 chosen = observer_.choose(v);
-            if (v.n_options == 0 || (chosen < 0 && settings_.on_nonunique == NonUnique::stop))
+            const NonUnique policy = settings_.on_nonunique;
+            // The one option there is may be to stay where nothing attracts.
+            const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
+            if (v.n_options == 0 || (chosen < 0 && (policy == NonUnique::stop || only_stay)))
                 return segment_.fail(Status::ambiguous, v.reason, j);
             if (chosen >= 0)
                 v.take(chosen);
@@ -261,13 +267,33 @@ private:
         }
         return v;
     }
+    /// Which s_j ended a slide. (Where a slide along an intersection ends the attraction vanishes,
+    /// too, and may be found first.)
+    SlideEnd<M> slide_end(const Mode<M>& before, int guard) const {
+        if (guard < 0 || guard >= Guard<M>::first_section || before[guard / 3] != 0)
+            return {};
+        if (guard != Guard<M>::transversal(guard / 3))
+            return {before, guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1};
+        SlideEnd<M> end;
+        S least(1e-7);
+        for (int j = 0; j < M; ++j) {
+            if (before[j] != 0)
+                continue;
+            const Margin<S> m =
+                sliding_margin(sys_, before, j, segment_.clock().local, segment_.x(), p_);
+            for (const int side : {-1, 1})
+                if (const S margin = side < 0 ? m.below : m.above; margin < least) {
+                    least = margin;
+                    end = {before, j, side};
+                }
+        }
+        return end;
+    }
     Verdict<M> judge_several(const Mode<M>& before, const SurfaceSet<M>& on, int guard) const {
         if constexpr (single_v<Sys>) {
             return {};
         } else {
-            SlideEnd<M> exit;
-            if (guard >= 0 && before[guard / 3] == 0 && guard != Guard<M>::transversal(guard / 3))
-                exit = {before, guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1};
+            const SlideEnd<M> exit = slide_end(before, guard);
             const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
             return admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
                               exit, settings_.on_nonunique);
@@ -374,7 +400,7 @@ private:
             if (!is_kind<Sys>(j, SurfaceKind::jump) || mode[j] == 0)
                 continue;
             if (contacts.contains(j)
-                    ? normal_motion(sys_, region_of(mode), j, t, x, p_, segment_.direction()) < 0
+                    ? normal_motion(sys_, mode, j, t, x, p_, segment_.direction()) < 0
                     : mode[j] < 0)
                 return j;
         }
@@ -398,8 +424,10 @@ private:
                 return segment_.fail(Status::not_finite, "jump", j);
             if (x == x_left)
                 return segment_.fail(Status::jump_cascade, "the jump here changes nothing", j);
+            const S h_left = switching(sys_, now.local, x_left, p_)[j];
             segment_.set_state(x);
-            const auto [mode, contacts] = place();
+            const auto [mode, contacts] = place(j, h_left);
+            recent_.add(now, j, x);
             if (mode[j] < 0) {
                 segment_.set_state(x_left);
                 return segment_.fail(Status::escaped, "the jump leads beyond its surface", j);
@@ -430,12 +458,15 @@ private:
     /// Where events follow each other ever faster, goes on from their limit if there the solution
     /// is held by all their surfaces.
     Status watch_for_limit(int j) {
-        if (const S gap = recent_.add(segment_.clock(), j, segment_.x()); gap > S(0))
+        if (!thrown_)
+            recent_.add(segment_.clock(), j, segment_.x());
+        if (const S gap = recent_.gap(); gap > S(0))
             segment_.expect_event_after(gap);
         return recent_.hurry() ? leap() : Status::ok;
     }
     FILIPPOV_COLD Status leap() {
-        const auto limit = recent_.limit(segment_.scale(), segment_.direction());
+        const X field = mode_field(sys_, segment_.mode(), segment_.clock().local, segment_.x(), p_);
+        const auto limit = recent_.limit(segment_.scale(), field, segment_.direction());
         if (!limit)
             return Status::ok;
         const S dt = S(segment_.direction()) * limit->after;
@@ -443,14 +474,16 @@ private:
             return Status::ok;
         const Mode<M> before = segment_.mode();
         const X x_left = segment_.x();
-        const SurfaceSet<M> on = recent_.template surfaces<M>(limit->pattern);
+        SurfaceSet<M> on = recent_.template surfaces<M>(limit->pattern);
+        const S t = segment_.clock().local + dt;
+        hold_with(on, t, limit->x);
         Mode<M> held = before;
         for (const int k : on)
             held.set(k, 0);
         const Constraints<Sys> rest(held);
-        const S t = segment_.clock().local + dt;
         const X x = project(sys_, rest, t, limit->x, p_, segment_.scale());
-        if (!all_finite<S, N>(x) || !independent(sys_, rest, t, x, p_, segment_.scale()))
+        if (!near(x, limit->x, field) || !keeps_sides(held, t, x) ||
+            !independent(sys_, rest, t, x, p_, segment_.scale()))
             return Status::ok;
         if (!holds(held, t, x)) {
             // what cannot be told apart any more cannot be followed either
@@ -466,6 +499,37 @@ private:
         log(EventKind::accumulation, on[0], before, x_left);
         recent_.clear();
         return crossed_sections();
+    }
+    /// Adds the surfaces with jumps that the state is on as well: what bounces beside others.
+    void hold_with(SurfaceSet<M>& on, const S& t, const X& x) const {
+        using std::abs;
+        SurfaceSet<M> all;
+        for (int k = 0; k < M; ++k) {
+            const S band =
+                rounding_band(sys_, k, t, x, p_) + change_over(sys_, k, t, x, p_, segment_.scale());
+            if (on.contains(k) ||
+                (is_kind<Sys>(k, SurfaceKind::jump) && abs(switching(sys_, t, x, p_)[k]) <= band))
+                all.add(k);
+        }
+        on = all;
+    }
+    /// True if two states differ by some tolerances at most, or by what the field does in a time
+    /// that cannot be resolved.
+    bool near(const X& a, const X& b, const X& field) const {
+        using std::abs;
+        const S unresolved = S(1024) * ulp(segment_.clock().local);
+        for (int i = 0; i < N; ++i)
+            if (!(abs(a[i] - b[i]) <= S(10) * segment_.scale()[i] + unresolved * abs(field[i])))
+                return false;
+        return true;
+    }
+    /// True if no surface that does not hold the state has been passed.
+    bool keeps_sides(const Mode<M>& held, const S& t, const X& x) const {
+        const Vec<S, M> h = switching(sys_, t, x, p_);
+        for (int k = 0; k < M; ++k)
+            if (held[k] != 0 && h[k] * S(held[k]) < S(0))
+                return false;
+        return true;
     }
     /// True if at (t, x) the mode `held` is the only one that goes on.
     bool holds(const Mode<M>& held, const S& t, const X& x) const {
@@ -545,7 +609,8 @@ private:
     /// A mode that cannot be settled must not go round for ever at one time.
     Status no_progress() {
         const Clock<S>& now = segment_.clock();
-        const bool same = now.index == last_clock_.index && now.local == last_clock_.local;
+        using std::abs;
+        const bool same = abs(last_clock_.until(now)) <= S(8) * ulp(now.local);
         n_same_ = same ? n_same_ + 1 : 0;
         last_clock_ = now;
         return n_same_ > 16 + sections_.size()
@@ -581,8 +646,8 @@ private:
             return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
         if (contact)
             j = surface;
-        if (is_kind<Sys>(j, SurfaceKind::jump) && mode[j] != 0)
-            return S(1); // free
+        if (is_kind<Sys>(j, SurfaceKind::jump)) // free; in contact there is a force and no s
+            return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
         mode.set(j, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.

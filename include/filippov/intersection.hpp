@@ -74,7 +74,7 @@ Vec<S, surfaces_v<Sys>> normal_components(const Sys& sys, const S& t, const Stat
 ///
 /// An impact is x+ = x + W(x) h', so in contact F_s = F - W h''/(W h')', whatever the length of W;
 /// W comes from the derivative of `jump` at h' = 0.
-/// @error  NaN if the jump does not turn the normal speed
+/// @return zero if the jump does not turn the normal speed: then there is no contact
 /// @source di Bernardo, Budd, Champneys & Kowalczyk (2008), Piecewise-smooth Dynamical Systems,
 ///         section 2.2.4
 template <class Sys, class S>
@@ -94,10 +94,8 @@ State<Sys, S> contact_push(const Sys& sys, const Mode<surfaces_v<Sys>>& side, in
         push[i] = y[i].c[1] - after[i].c[1];
         turn += y[i].c[1] * push[i];
     }
-    if (!(turn > S(0)))
-        turn = S(std::numeric_limits<Real<S>>::quiet_NaN());
     for (int i = 0; i < dim_v<Sys>; ++i)
-        push[i] = push[i] / turn;
+        push[i] = turn > S(0) ? S(push[i] / turn) : S(0);
     return push;
 }
 
@@ -121,7 +119,10 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
         largest = std::max(largest, S(abs(r.flow.normal[v][i])));
     }
     const State<Sys, S> push = contact_push(sys, side, r.on[i], t, x, p);
-    const S strength = S(1) + S(2) * largest;
+    S length(0);
+    for (int k = 0; k < dim_v<Sys>; ++k)
+        length += abs(push[k]);
+    const S strength = length > S(0) ? S(1) + S(2) * largest : S(0);
     for (unsigned v = 0; v < r.flow.regions(); ++v)
         if ((v & bit) == 0) {
             for (int k = 0; k < dim_v<Sys>; ++k)
@@ -136,9 +137,9 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
 /// with jumps one is free, the other pushed, and what they do to it is to its normal speed.
 /// @cost 2^n fields and derivatives of h
 template <class Sys, class S>
-Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys>> mode,
-                           const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
-                           const State<Sys, S>& x, const Params<Sys, S>& p) {
+FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys>> mode,
+                                             const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
+                                             const State<Sys, S>& x, const Params<Sys, S>& p) {
     constexpr int M = surfaces_v<Sys>;
     const int n = std::min(on.n, M);
     const auto jumps = [&](int i) { return is_kind<Sys>(on[i], SurfaceKind::jump); };
@@ -307,41 +308,43 @@ template <std::floating_point R, int M> Vec<R, M> shares_of_many(const NormalFie
 
 /// The multilinear blend: shares by their values, then Newton from the nearest corner of the cube,
 /// so that the distances from it lose no digits, and duals and series get their derivatives.
-template <class S, int M> Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
+template <class S, int M>
+FILIPPOV_NOINLINE Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
     using R = Real<S>;
     const NormalField<R, M> plain = values_of_field(w);
+    const int n = std::min(w.n, M);
     Vec<R, M> guess = Vec<R, M>::Zero();
-    if (w.n == 1)
+    if (n == 1)
         guess[0] = plain(0, 0) / (plain(0, 0) - plain(1, 0));
     else if constexpr (M > 1)
-        guess = w.n == 2 ? shares_of_two(plain) : shares_of_many(plain);
+        guess = n == 2 ? shares_of_two(plain) : shares_of_many(plain);
     unsigned corner = 0;
-    for (int i = 0; i < w.n; ++i)
+    for (int i = 0; i < n; ++i)
         corner |= unsigned(guess[i] > R(0.5)) << i;
     NormalField<S, M> seen;
     seen.n = w.n;
     for (unsigned v = 0; v < w.regions(); ++v)
         seen.normal[v] = w.normal[v ^ corner];
-    Vec<S, M> distance, step;
-    for (int i = 0; i < w.n; ++i)
+    Vec<S, M> distance = Vec<S, M>::Constant(S(0)), step = distance;
+    for (int i = 0; i < n; ++i)
         distance[i] = S((corner >> i & 1u) != 0 ? R(1) - guess[i] : guess[i]);
     // Each step squares the error; an infinitesimal of order 2^k - 1 is right after k.
     constexpr int steps = std::floating_point<S> ? 2 : 3;
     for (int k = 0; k < steps; ++k) {
         if (!(newton_step(seen, distance, step) > R(0)))
             break;
-        for (int i = 0; i < w.n; ++i)
+        for (int i = 0; i < n; ++i)
             distance[i] += step[i];
     }
     Blend<S, M> blend;
-    for (int i = 0; i < w.n; ++i) {
+    for (int i = 0; i < n; ++i) {
         const S near = S(2) * distance[i], far = S(2) - near;
         blend.below[i] = (corner >> i & 1u) != 0 ? far : near;
         blend.above[i] = (corner >> i & 1u) != 0 ? near : far;
     }
     for (unsigned v = 0; v < w.regions(); ++v) {
         S share(1);
-        for (int i = 0; i < w.n; ++i)
+        for (int i = 0; i < n; ++i)
             share = share * ((v >> i & 1u) != 0 ? blend.below[i] : blend.above[i]) * S(0.5);
         blend.share[v] = share;
     }
@@ -400,11 +403,17 @@ Blend<S, surfaces_v<Sys>> blend_of(const NormalField<S, surfaces_v<Sys>>& w) {
 
 namespace detail {
 
-/// True if every solution of z' = w(sign z) in the plane reaches 0: exact.
+/// How surely every solution of z' = w(sign z) in the plane reaches 0: positive if they do, exact.
 ///
-/// It does unless a quadrant's field leads out of it, or a slide along a half-axis leads outward,
-/// or solutions turn round and come back no nearer.
-template <std::floating_point R, int M> bool attracts_in_plane(const NormalField<R, M>& w) {
+/// They do unless a quadrant's field leads out of it, or a slide along a half-axis leads outward,
+/// or solutions turn round and come back no nearer. The least of these margins, each in units of
+/// the field's size, is continuous where it changes sign.
+template <std::floating_point R, int M> R attraction_in_plane(const NormalField<R, M>& w) {
+    R size[2] = {R(0), R(0)};
+    for (unsigned v = 0; v < 4; ++v)
+        for (int i = 0; i < 2; ++i)
+            size[i] = std::max(size[i], std::abs(w(v, i)));
+    R least(1);
     bool slides = false;
     for (int i = 0; i < 2; ++i)
         for (const int side : {-1, 1}) {
@@ -414,34 +423,38 @@ template <std::floating_point R, int M> bool attracts_in_plane(const NormalField
             if ((l > R(0)) == (r > R(0)))
                 continue; // crossed
             const R speed = (l * w(high, k) - r * w(low, k)) / (l - r);
-            if (!(R(side) * speed < R(0)))
-                return false;
+            least = std::min(least, R(-side) * speed / size[k]);
             slides = slides || l > R(0);
         }
     R turn(1);
     for (unsigned v = 0; v < 4; ++v) {
-        R grows(0), falls(0);
+        R inward(-1), grows(0), falls(0);
         int growing = 0;
         for (int i = 0; i < 2; ++i) {
             const R outward = (v >> i & 1u) != 0 ? w(v, i) : -w(v, i);
+            inward = std::max(inward, -outward / size[i]);
             growing += outward >= R(0);
             (outward >= R(0) ? grows : falls) = std::abs(w(v, i));
         }
-        if (growing == 2)
-            return false;
+        least = std::min(least, inward);
         if (growing == 1)
             turn *= grows / falls;
     }
-    return slides || turn < R(1) - R(16) * epsilon<R>;
+    return slides ? least : std::min(least, R(1) - turn - R(16) * epsilon<R>);
 }
 
-/// True if all regions' fields lead towards all surfaces: max |z_i| falls along every solution.
-template <std::floating_point R, int M> bool attracts_from_all(const NormalField<R, M>& w) {
-    for (unsigned v = 0; v < w.regions(); ++v)
-        for (int i = 0; i < w.n; ++i)
-            if (!(((v >> i & 1u) != 0 ? -w(v, i) : w(v, i)) > R(0)))
-                return false;
-    return true;
+/// How surely all regions' fields lead towards all surfaces, so that max |z_i| falls along every
+/// solution: positive if they do.
+template <std::floating_point R, int M> R attraction_from_all(const NormalField<R, M>& w) {
+    R least(1);
+    for (int i = 0; i < w.n; ++i) {
+        R size(0);
+        for (unsigned v = 0; v < w.regions(); ++v)
+            size = std::max(size, std::abs(w(v, i)));
+        for (unsigned v = 0; v < w.regions(); ++v)
+            least = std::min(least, ((v >> i & 1u) != 0 ? -w(v, i) : w(v, i)) / size);
+    }
+    return least;
 }
 
 /// d with which the couplings i -> k and k -> i of a matrix are equally strong, and a one-way
@@ -469,26 +482,29 @@ template <std::floating_point R, int M> Vec<R, M> balancing(const Mat<R, M, M>& 
     return d;
 }
 
-/// True if a symmetric matrix is positive definite, by Cholesky's factors.
-template <std::floating_point R, int M> bool positive_definite(Mat<R, M, M> a, int n) {
+/// The smallest pivot of a symmetric matrix relative to its diagonal, by Cholesky's factors:
+/// positive if the matrix is positive definite.
+template <std::floating_point R, int M> R definiteness(Mat<R, M, M> a, int n) {
+    R least(1);
     for (int i = 0; i < n; ++i) {
         const R full = a(i, i);
         for (int k = 0; k < i; ++k)
             for (int r = i; r < n; ++r)
                 a(r, i) -= a(r, k) * a(i, k);
-        if (!(full > R(0)) || !(a(i, i) > R(64) * epsilon<R> * full))
-            return false;
+        least = std::min(least, full > R(0) ? a(i, i) / full - R(64) * epsilon<R> : R(-1));
+        if (!(least > R(0)))
+            return least;
         const R root = std::sqrt(a(i, i));
         for (int r = i; r < n; ++r)
             a(r, i) /= root;
     }
-    return true;
+    return least;
 }
 
-/// True if D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix:
-/// then sum d_i (|z_i| - s_i z_i), s the blend, falls along every solution. J is multilinear, so
-/// that its corners decide. Two D are tried: the inverse diagonal, and the balancing one.
-template <std::floating_point R, int M> bool attracts_by_lyapunov(const NormalField<R, M>& w) {
+/// How surely D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix:
+/// if it is, sum d_i (|z_i| - s_i z_i), s the blend, falls along every solution. J is multilinear,
+/// so that its corners decide. Two D are tried: the inverse diagonal, and the balancing one.
+template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalField<R, M>& w) {
     const int n = w.n;
     const auto slope = [&](unsigned v, int i, int k) {
         return (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2);
@@ -501,37 +517,40 @@ template <std::floating_point R, int M> bool attracts_by_lyapunov(const NormalFi
     Vec<R, M> inverse = Vec<R, M>::Zero();
     for (int i = 0; i < n; ++i) {
         if (!(mean(i, i) < R(0)))
-            return false;
+            return R(-1);
         inverse[i] = R(1) / -mean(i, i);
     }
+    R best(-1);
     for (const Vec<R, M>& d : {inverse, balancing(mean, n)}) {
-        bool falls = true;
-        for (unsigned v = 0; v < w.regions() && falls; ++v) {
+        R least(1);
+        for (unsigned v = 0; v < w.regions() && least > best; ++v) {
             Mat<R, M, M> a;
             for (int i = 0; i < n; ++i)
                 for (int k = 0; k < n; ++k)
                     a(i, k) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
-            falls = positive_definite(a, n);
+            least = std::min(least, definiteness(a, n));
         }
-        if (falls)
-            return true;
+        best = std::max(best, least);
     }
-    return false;
+    return best;
 }
 
 } // namespace detail
 
-/// True if solutions near an intersection are shown to reach it: z' = w(sign z), the normal
-/// components taken as constant in each region.
+/// How surely solutions near an intersection reach it: positive if that is shown of
+/// z' = w(sign z), the normal components taken as constant in each region.
 ///
-/// On one surface and on two this is exact. On three and more it is one of two sufficient tests:
+/// On one surface and on two this decides. On three and more it is one of two sufficient tests:
 /// all regions lead towards all surfaces, or a piecewise linear Lyapunov function falls.
-template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w) {
+template <std::floating_point R, int M> FILIPPOV_NOINLINE R attraction(const NormalField<R, M>& w) {
     if (w.n == 1)
-        return w(0, 0) > R(0) && w(1, 0) < R(0);
+        return std::min(w(0, 0), -w(1, 0)) / std::max(std::abs(w(0, 0)), std::abs(w(1, 0)));
     if (w.n == 2)
-        return detail::attracts_in_plane(w);
-    return detail::attracts_from_all(w) || detail::attracts_by_lyapunov(w);
+        return detail::attraction_in_plane(w);
+    return std::max(detail::attraction_from_all(w), detail::attraction_by_lyapunov(w));
+}
+template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w) {
+    return attraction(w) > R(0);
 }
 
 // --- sliding -----------------------------------------------------------------------------------
@@ -554,8 +573,9 @@ template <class Sys, class S> struct JointSliding {
 /// @cost      2^n fields and derivatives of h, n surfaces
 /// @source    chapter, (4.11)-(4.12), for each surface; Selection for several
 template <class Sys, class S>
-JointSliding<Sys, S> joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
-                                   const State<Sys, S>& x, const Params<Sys, S>& p) {
+FILIPPOV_NOINLINE JointSliding<Sys, S>
+joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
+              const Params<Sys, S>& p) {
     const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p);
     const auto blend = blend_of<Sys, S>(regions.flow);
     JointSliding<Sys, S> r;
@@ -568,9 +588,7 @@ JointSliding<Sys, S> joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& 
         r.above[regions.on[i]] = blend.above[i];
     }
     const auto plain = detail::values_of_field(regions.flow);
-    r.w = regions.on.n == 1 ? plain(0, 0) - plain(1, 0)
-          : attracts(plain) ? Real<S>(1)
-                            : -Real<S>(1);
+    r.w = regions.on.n == 1 ? plain(0, 0) - plain(1, 0) : attraction(plain);
     return r;
 }
 

@@ -7,6 +7,31 @@
 
 namespace filippov {
 
+/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
+/// -1 against it, 0 at rest. Its field is that of `mode`, which may slide on other surfaces. At
+/// rest is what would fly or fall no higher than rounding of h, or no longer than some units of the
+/// last place of t.
+template <class Sys, class S>
+int normal_motion(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    using std::abs;
+    for (int k = 0; k < surfaces_v<Sys>; ++k) // free of this one and of others like it
+        if (is_kind<Sys>(k, SurfaceKind::jump))
+            mode.set(k, +1);
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return mode_field(sys, mode, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
+    const auto rate = lie_derivatives<2>(field, h, t, x, p);
+    const S band = rounding_band(sys, j, t, x, p);
+    if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band ||
+        S(2) * abs(rate[0]) <= S(64) * ulp(t) * abs(rate[1]))
+        return 0;
+    return S(direction) * rate[0] > S(0) ? 1 : -1;
+}
+
 namespace detail {
 
 /// One mode as a way to go on from a point of several surfaces.
@@ -42,7 +67,13 @@ public:
         return true;
     }
     /// True if it slides on nothing, or on what is shown to attract.
-    bool attracts() const { return flow_.n == 0 || filippov::attracts(flow_); }
+    bool attracts() const {
+        auto flow = flow_;
+        for (unsigned v = 0; v < flow.regions(); ++v)
+            for (int i = 0; i < flow.n; ++i)
+                flow.normal[v][i] = S(arrival_.direction) * flow(v, i);
+        return flow.n == 0 || filippov::attracts(flow);
+    }
 
 private:
     /// The regions between which this mode slides: a face of the cube of those in contact.
@@ -72,8 +103,7 @@ private:
             return false;
         if constexpr (has_jumps_v<Sys>)
             if (is_kind<Sys>(j, SurfaceKind::jump))
-                return normal_motion(sys_, region_of(mode_), j, t_, x_, p_, arrival_.direction) ==
-                       0;
+                return normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction) == 0;
         return true;
     }
 
@@ -81,7 +111,9 @@ private:
     bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
         using std::abs;
         const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
-        if (!at_end && !(abs(margin) <= noise))
+        // The share of a push has no scale.
+        const S band = is_kind<Sys>(j, SurfaceKind::jump) ? S(0) : noise;
+        if (!at_end && !(abs(margin) <= band))
             return margin > S(0);
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
             return mode_field(sys_, mode_, t, x, p);
@@ -111,8 +143,7 @@ private:
         order = 1;
         if constexpr (has_jumps_v<Sys>)
             if (jumps) {
-                const int motion =
-                    normal_motion(sys_, region_of(mode_), j, t_, x_, p_, arrival_.direction);
+                const int motion = normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction);
                 if (motion != 0)
                     return motion > 0;
                 order = 2; // at rest: what follows is about the acceleration
@@ -121,7 +152,8 @@ private:
         for (unsigned v = 0; v < flow_.regions(); ++v)
             slope += (flow_.n == 0 ? S(1) : blend.share[v]) * regions_.flow(region_[v], i);
         for (unsigned v = 0; v < regions_.flow.regions(); ++v)
-            size = std::max(size, S(abs(regions_.flow(v, i))));
+            if (!jumps || (v >> i & 1u) != 0) // not of the push
+                size = std::max(size, S(abs(regions_.flow(v, i))));
         if (!(abs(slope) <= std::numeric_limits<S>::max()))
             return false; // no such blend
         const S forward = S(arrival_.direction);

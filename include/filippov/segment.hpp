@@ -425,6 +425,9 @@ private:
             if (trace(Guard<M>::below(j)).template swings<Times>(band) ||
                 trace(Guard<M>::above(j)).template swings<Times>(band))
                 return true;
+            if (M > 1 && j == sliding_surface(mode_) &&
+                trace(Guard<M>::transversal(j)).template swings<Times>(S(64) * epsilon<S>))
+                return true;
         }
         return false;
     }
@@ -732,13 +735,16 @@ private:
     template <class Path> void settle_on_surface(Path& path, int g, bool off_surface) {
         const S t = clock_.local + path.dt;
         const bool met = g < Guard<M>::first_section && mode_[g / 3] != 0 && !off_surface;
-        path.x1 = project(sys_, met ? held_with(g / 3) : held_, t, path.x1, p_, scale_);
+        path.x1 = project(sys_, met ? held_with(g / 3, t, path.x1) : held_, t, path.x1, p_, scale_);
     }
     /// What holds the solution in this mode, and surface j that it meets.
-    Constraints<Sys> held_with(int j) const {
+    Constraints<Sys> held_with(int j, const S& t, const X& x) const {
         Constraints<Sys> on = held_;
         on.add(j, false);
-        return on;
+        if constexpr (single_v<Sys>)
+            return on;
+        else
+            return on.of_state(sys_, t, x, p_);
     }
 
     /// True if the gradient of h vanishes where the surface was met: to first order the step
@@ -912,7 +918,7 @@ private:
             const S eta = time_to_surface(j);
             if (!(S(direction_) * eta >= S(0) && abs_(eta) <= S(8) * resolution()))
                 continue;
-            x_ = project(sys_, held_with(j), clock_.local, x_, p_, scale_);
+            x_ = project(sys_, held_with(j, clock_.local, x_), clock_.local, x_, p_, scale_);
             stop.guard = Guard<M>::below(j);
         }
         return stop;
@@ -971,7 +977,9 @@ private:
             if (last)
                 dt = remaining_;
             if (abs_(dt_) < resolution() && !(last && !bad_stage)) {
-                const Stop stop = bad_stage ? contact_at_edge() : Stop{};
+                Stop stop = bad_stage ? contact_at_edge() : Stop{};
+                if (bad_stage && stop.guard < 0 && mode_.sliding() > 1)
+                    stop.guard = Guard<M>::transversal(sliding_surface(mode_)); // no blend beyond
                 if (stop.guard >= 0)
                     return stop;
                 return {fail_small(bad_stage)};
@@ -1013,8 +1021,11 @@ private:
                 const S proposed = dt * S(control_.after_accept(static_cast<double>(error)));
                 if (!(last || cut) || abs_(proposed) > abs_(dt_))
                     dt_ = proposed;
-                reach_ =
-                    Rhs::slides && M == 1 ? S(1.25) * reach_ : reach_after<RungeKuttaPath<Rhs>>(dt);
+                const S further =
+                    Rhs::slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
+                reach_ = Rhs::slides && M == 1
+                             ? further
+                             : std::min(further, reach_after<RungeKuttaPath<Rhs>>(dt));
             }
             bad_stage = false;
             if (found.guard >= 0) {

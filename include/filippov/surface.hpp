@@ -133,24 +133,6 @@ S normal_speed(const Sys& sys, const Mode<surfaces_v<Sys>>& side, int j, const S
                const State<Sys, S>& x, const Params<Sys, S>& p) {
     return normal_component(sys, j, t, x, p, side_field(sys, side, t, x, p));
 }
-/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
-/// -1 against it, 0 at rest. At rest is what would fly or fall no higher than rounding of h.
-template <class Sys, class S>
-int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& side, int j, const S& t,
-                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
-    using std::abs;
-    const auto field = [&](const auto& time, const auto& y, const auto& q) {
-        return side_field(sys, side, time, y, q);
-    };
-    const auto h = [&](const auto& time, const auto& y, const auto& q) {
-        return switching(sys, time, y, q)[j];
-    };
-    const auto rate = lie_derivatives<2>(field, h, t, x, p);
-    const S band = rounding_band(sys, j, t, x, p);
-    if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band)
-        return 0;
-    return S(direction) * rate[0] > S(0) ? 1 : -1;
-}
 /// The region that a mode without some surfaces' sides is seen from: those surfaces from above.
 template <int M> Mode<M> region_of(Mode<M> mode) {
     for (int j = 0; j < M; ++j)
@@ -180,6 +162,7 @@ public:
             if (mode[j] != 0)
                 add(j, false);
     }
+    /// h_j = 0, and with `at_rest` h_j' = 0.
     void add(int j, bool at_rest) {
         row_[std::size_t(n_++)] = {j, false};
         if constexpr (has_jumps_v<Sys>)
@@ -188,6 +171,20 @@ public:
     }
 
     int size() const { return n_; }
+    /// Those that the state can do something about: a surface h(t) is where it is.
+    template <class S>
+    Constraints of_state(const Sys& sys, const S& t, const State<Sys, S>& x,
+                         const Params<Sys, S>& p) const {
+        Constraints some = *this;
+        some.n_ = 0;
+        for (int i = 0; i < n_; ++i) {
+            const auto [j, speed] = row_[std::size_t(i)];
+            if (speed || grad_h(sys, j, t, x, p).cwiseAbs().maxCoeff() > S(0) ||
+                h_t(sys, j, t, x, p) == S(0))
+                some.row_[std::size_t(some.n_++)] = row_[std::size_t(i)];
+        }
+        return some;
+    }
     /// The i-th alone.
     Constraints only(int i) const {
         Constraints one;
@@ -243,6 +240,7 @@ template <class Sys, class S> struct Gradients {
     std::array<State<Sys, S>, std::size_t(C)> g;
     std::array<S, std::size_t(C)> length;
     Mat<S, C, C> cosine;
+    Real<S> unit{}; ///< the largest scale, in units of which the others are taken
 };
 template <class Sys, class S, class R>
 Gradients<Sys, S> gradients(const Sys& sys, const Constraints<Sys>& on, const S& t,
@@ -250,12 +248,17 @@ Gradients<Sys, S> gradients(const Sys& sys, const Constraints<Sys>& on, const S&
                             const Vec<R, dim_v<Sys>>& scale) {
     using std::sqrt;
     Gradients<Sys, S> r;
+    R largest(0); // squares of tiny scales underflow
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        largest = std::max(largest, scale[i]);
+    const auto share = [&](int i) { return scale[i] / largest; };
     const auto product = [&](int a, int b) {
         S sum(0);
         for (int i = 0; i < dim_v<Sys>; ++i)
-            sum += r.g[std::size_t(a)][i] * r.g[std::size_t(b)][i] * (scale[i] * scale[i]);
+            sum += r.g[std::size_t(a)][i] * r.g[std::size_t(b)][i] * (share(i) * share(i));
         return sum;
     };
+    r.unit = largest;
     for (int a = 0; a < on.size(); ++a) {
         r.g[std::size_t(a)] = on.gradient(sys, a, t, x, p);
         r.length[std::size_t(a)] = sqrt(product(a, a));
@@ -283,67 +286,87 @@ bool independent(const Sys& sys, const Constraints<Sys>& on, const S& t, const S
     return true;
 }
 
+namespace detail {
+
 /// One Newton step onto constraints, by the smallest change in units of `scale`:
 /// x - W G' (G W G')^-1 g.
 template <class Sys, class S, class R>
-FILIPPOV_INLINE State<Sys, S> toward(const Sys& sys, const Constraints<Sys>& on, const S& t,
-                                     const State<Sys, S>& x, const Params<Sys, S>& p,
-                                     const Vec<R, dim_v<Sys>>& scale) {
-    if constexpr (single_v<Sys>) {
-        return toward_surface(sys, 0, t, x, p, scale);
-    } else {
-        if (on.size() == 1)
-            return toward_surface(sys, on.surface(0), t, x, p, scale);
-        const auto gradients = detail::gradients(sys, on, t, x, p, scale);
-        Vec<S, Constraints<Sys>::capacity> weight;
-        for (int a = 0; a < on.size(); ++a)
-            weight[a] = on.value(sys, a, t, x, p) / gradients.length[std::size_t(a)];
-        eliminate(gradients.cosine, weight, on.size());
-        State<Sys, S> y = x;
-        for (int a = 0; a < on.size(); ++a)
-            for (int i = 0; i < dim_v<Sys>; ++i)
-                y[i] -= gradients.g[std::size_t(a)][i] * (scale[i] * scale[i]) *
-                        (weight[a] / gradients.length[std::size_t(a)]);
-        return y;
-    }
+FILIPPOV_NOINLINE State<Sys, S> toward_all(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                                           const State<Sys, S>& x, const Params<Sys, S>& p,
+                                           const Vec<R, dim_v<Sys>>& scale) {
+    if (on.size() == 1)
+        return toward_surface(sys, on.surface(0), t, x, p, scale);
+    const auto gradients = detail::gradients(sys, on, t, x, p, scale);
+    Vec<S, Constraints<Sys>::capacity> weight;
+    for (int a = 0; a < on.size(); ++a)
+        weight[a] = on.value(sys, a, t, x, p) / gradients.length[std::size_t(a)];
+    eliminate(gradients.cosine, weight, on.size());
+    State<Sys, S> y = x;
+    for (int a = 0; a < on.size(); ++a)
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            y[i] -= gradients.g[std::size_t(a)][i] *
+                    ((scale[i] / gradients.unit) * (scale[i] / gradients.unit)) *
+                    (weight[a] / gradients.length[std::size_t(a)]);
+    return y;
 }
 
 /// Puts x on constraints to rounding: Newton until the largest violation, in units of the
 /// gradients, stops falling, at most eight times.
 template <class Sys, class S, class R>
-State<Sys, S> project(const Sys& sys, const Constraints<Sys>& on, const S& t, State<Sys, S> x,
-                      const Params<Sys, S>& p, const Vec<R, dim_v<Sys>>& scale) {
+FILIPPOV_NOINLINE State<Sys, S> project_all(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                                            State<Sys, S> x, const Params<Sys, S>& p,
+                                            const Vec<R, dim_v<Sys>>& scale) {
+    using std::abs;
     if (on.size() == 0)
         return x;
     if (on.size() == 1)
         return project(sys, on.surface(0), t, x, p, scale);
-    if constexpr (!single_v<Sys>) {
-        using std::abs;
-        const auto gradients = detail::gradients(sys, on, t, x, p, scale);
-        const auto distance = [&](const State<Sys, S>& y) {
-            S largest(0);
-            for (int a = 0; a < on.size(); ++a)
-                largest = std::max(
-                    largest, S(abs(on.value(sys, a, t, y, p)) / gradients.length[std::size_t(a)]));
-            return largest;
-        };
-        S best = distance(x);
-        for (int k = 0; k < 8 && best > S(0); ++k) {
-            const State<Sys, S> y = toward(sys, on, t, x, p, scale);
-            const S now = distance(y);
-            if (!(now < best))
-                break;
-            best = now;
-            x = y;
-        }
-        // One after another: exact to the last bit where each surface has a component of its own.
-        State<Sys, S> y = x;
-        for (int a = 0; a < on.size() && best > S(0); ++a)
-            y = toward(sys, on.only(a), t, y, p, scale);
-        if (distance(y) < best)
-            x = y;
+    const auto gradients = detail::gradients(sys, on, t, x, p, scale);
+    const auto distance = [&](const State<Sys, S>& y) {
+        S largest(0);
+        for (int a = 0; a < on.size(); ++a)
+            largest = std::max(
+                largest, S(abs(on.value(sys, a, t, y, p)) / gradients.length[std::size_t(a)]));
+        return largest;
+    };
+    S best = distance(x);
+    for (int k = 0; k < 8 && best > S(0); ++k) {
+        const State<Sys, S> y = toward_all(sys, on, t, x, p, scale);
+        const S now = distance(y);
+        if (!(now < best))
+            break;
+        best = now;
+        x = y;
     }
-    return x;
+    // One after another: exact to the last bit where each surface has a component of its own.
+    State<Sys, S> y = x;
+    for (int a = 0; a < on.size() && best > S(0); ++a)
+        y = toward_all(sys, on.only(a), t, y, p, scale);
+    return distance(y) < best ? y : x;
+}
+
+} // namespace detail
+
+/// One Newton step onto constraints, by the smallest change in units of `scale`.
+template <class Sys, class S, class R>
+FILIPPOV_INLINE State<Sys, S> toward(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                                     const State<Sys, S>& x, const Params<Sys, S>& p,
+                                     const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (single_v<Sys>)
+        return toward_surface(sys, 0, t, x, p, scale);
+    else
+        return detail::toward_all(sys, on, t, x, p, scale);
+}
+
+/// Puts x on constraints to rounding.
+template <class Sys, class S, class R>
+FILIPPOV_INLINE State<Sys, S> project(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                                      const State<Sys, S>& x, const Params<Sys, S>& p,
+                                      const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (single_v<Sys>)
+        return on.size() > 0 ? project(sys, 0, t, x, p, scale) : x;
+    else
+        return detail::project_all(sys, on, t, x, p, scale);
 }
 
 } // namespace filippov

@@ -56,11 +56,13 @@ template <class Sys, class S> struct Trajectory {
     Mode<M> mode_at(const S& time) const { return piece_at(time).mode; }
 
     /// Blend variable of surface j at time t: -1 and +1 off the surface, the equivalent control on
-    /// it.
+    /// it; NaN in contact, where there is a force and no s.
     S s(const S& time, int j = 0) const {
         const auto& piece = piece_at(time);
         if (piece.mode[j] != 0)
             return S(piece.mode[j]);
+        if (is_kind<Sys>(j, SurfaceKind::jump))
+            return std::numeric_limits<S>::quiet_NaN();
         const S local = piece.clock.local + (time - piece.clock.absolute());
         return sliding_margin(sys, piece.mode, j, local, (*this)(time), p).s;
     }
@@ -92,6 +94,9 @@ template <class Sys, class S, bool Dense> struct Recorder {
         if (event.kind == EventKind::start)
             add(event.t, event.x_right, event.mode_after);
         trajectory.events.push_back(event);
+        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
+            if (event.kind == EventKind::end && event.x_right != trajectory.x.back())
+                add(event.t, event.x_right, event.mode_after);
     }
     template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
         if (trajectory.t.size() == 1)

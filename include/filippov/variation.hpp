@@ -74,6 +74,7 @@ public:
             return S(switching(sys_, t, x, p)[j]);
         };
         suspect(tangential(clock, j, h));
+        check_order(clock, j);
         const D delay = delay_of(clock, h), t = time_at(clock) + delay;
         last_.before = mode_;
         last_.x = sys_.jump(j, t, shifted(x_, time_at(clock), delay, mode_), p_);
@@ -83,6 +84,23 @@ public:
         last_.t = D(clock.absolute()) + delay;
         x_ = shifted(last_.x, t, -delay, mode_);
         have_k0_ = false;
+    }
+    /// Of two jumps at one time one neighbour makes this one first and another that: if that makes
+    /// a difference there is no derivative.
+    void check_order(const Clock<R>& clock, int j) {
+        const Vec<R, N> x = values_of(x_);
+        if (jump_surface_ >= 0 && jump_surface_ != j && clock.index == jump_clock_.index &&
+            clock.local == jump_clock_.local) {
+            const auto jump = [&](int k, const Vec<R, N>& y) {
+                return Vec<R, N>(sys_.jump(k, R(clock.local), y, values_));
+            };
+            const Vec<R, N> other = jump(jump_surface_, jump(j, before_jump_));
+            const Vec<R, N> apart = (jump(j, x) - other).cwiseQuotient(scale());
+            singular_ = singular_ || !(apart.cwiseAbs().maxCoeff() <= R(1));
+        }
+        jump_clock_ = clock;
+        jump_surface_ = j;
+        before_jump_ = x;
     }
     /// State at the (dual) time `t`, whose value `clock` shows.
     X state_at(const Clock<R>& clock, const D& t) const {
@@ -200,23 +218,48 @@ private:
             if (mode_ != after)
                 pass(clock, 0, after[0]);
         } else {
+            // What has not reached an event of its own follows the first that has.
+            Mode<M> with = mode_;
+            int own = 0;
+            for (int j = 0; j < M; ++j)
+                if (mode_[j] != after[j]) {
+                    if (met(clock, j, after[j]))
+                        ++own;
+                    else
+                        with.set(j, after[j]);
+                }
             const X x = x_;
             const Mode<M> before = mode_;
             for (int j = M - 1; j >= 0; --j)
-                if (mode_[j] != after[j])
-                    pass(clock, j, after[j]);
+                pass_with(clock, j, after, with);
             const X backwards = x_;
-            int changes = 0;
             x_ = x;
             mode_ = before;
             for (int j = 0; j < M; ++j)
-                if (mode_[j] != after[j]) {
+                pass_with(clock, j, after, with);
+            for (int j = 0; j < M; ++j) // none had
+                if (mode_[j] != after[j])
                     pass(clock, j, after[j]);
-                    ++changes;
-                }
-            if (changes > 1 && !agree(x_, backwards))
+            if (own > 1 && !agree(x_, backwards))
                 singular_ = true;
         }
+    }
+    /// Passes surface j if it changes by an event of its own; others change with the first.
+    void pass_with(const Clock<R>& clock, int j, const Mode<M>& after, const Mode<M>& with) {
+        if (mode_[j] == after[j] || with[j] != mode_[j])
+            return;
+        followers_ = with;
+        follow_ = true;
+        pass(clock, j, after[j]);
+        follow_ = false;
+    }
+    /// True if surface j is where it changes: on h = 0, or in a slide at the end that it leaves by.
+    bool met(const Clock<R>& clock, int j, int side) const {
+        if (mode_[j] != 0 || is_kind<Sys>(j, SurfaceKind::jump))
+            return true;
+        const auto margin = sliding_margin(sys_, mode_, j, R(clock.local), values_of(x_), values_);
+        using std::abs;
+        return abs(side < 0 ? margin.below : margin.above) < R(1e-6);
     }
     /// True if two states have the same first derivatives, to a millionth of the largest.
     bool agree(const X& a, const X& b) const {
@@ -254,6 +297,10 @@ private:
         const X x = shifted(x_, t, delay, mode_);
         last_.before = mode_;
         mode_.set(j, side);
+        if (follow_)
+            for (int k = 0; k < M; ++k)
+                if (followers_[k] != last_.before[k])
+                    mode_.set(k, followers_[k]);
         last_.after = mode_;
         last_.surface = j;
         last_.t = D(clock.absolute()) + delay;
@@ -393,6 +440,11 @@ private:
     RungeKutta<Tableau, D, N> rk_;
     bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
     Passage<D, N, M> last_{};
+    Mode<M> followers_{}; ///< modes after an event, of surfaces that change with another
+    bool follow_ = false;
+    Clock<R> jump_clock_{}; ///< of the last jump, the surface it was at, and the state before it
+    int jump_surface_ = -1;
+    Vec<R, N> before_jump_ = Vec<R, N>::Zero();
 };
 
 /// Every derivative becomes NaN; the value stays.

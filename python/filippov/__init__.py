@@ -42,7 +42,7 @@ from ._sliding_region import SlidingRegion, sliding_region
 from ._status import Status
 from ._store import load
 from ._system import Params, System
-from ._trajectory import Piece, Settings, Solution, Stats, Trajectory
+from ._trajectory import Branches, Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
     "Attractor",
@@ -56,6 +56,7 @@ __all__ = [
     "BoundaryCurve",
     "BoxDimension",
     "Branch",
+    "Branches",
     "CellGroup",
     "CellMap",
     "Diagram",

@@ -159,6 +159,8 @@ class Model:
     @property
     def capabilities(self) -> list[str]: ...
     @property
+    def kinds(self) -> list[str]: ...
+    @property
     def dim(self) -> int: ...
     @property
     def surfaces(self) -> int: ...
@@ -194,12 +196,13 @@ def simulate(
     max_steps: int,
     max_events: int,
     on_nonunique: int,
+    most: int,
     dense: bool,
     t_eval: _Floats | None,
     events: list[tuple[Callable[..., float], int, int, bool]],
     params: object,
     /,
-) -> _Run: ...
+) -> tuple[list[_Run], bool]: ...
 def diagram(
     model: Model,
     x0: _Floats,

@@ -69,7 +69,8 @@ class Ensemble(StoredFields):
     y: Floats  #: states at the end, shape (dim, ...); of a failure the last valid ones
     t: Floats  #: time there, shape (...)
     status: NDArray[np.str_]  #: how each member ended: names of `Status`, shape (...)
-    mode: NDArray[np.int8]  #: mode at the end: -1, 0 (sliding), +1; of the first surface
+    #: mode at the end: -1, 0 (sliding), +1, shape (...); for several surfaces (surfaces, ...)
+    mode: NDArray[np.int8]
     n_events: NDArray[np.int32]  #: changes of mode
     n_slides: NDArray[np.int32]  #: those of them into a slide
     slide_time: Floats  #: time spent in slides
@@ -100,8 +101,10 @@ class Ensemble(StoredFields):
         axes = tuple(f"axis_{k}" for k in range(len(self.shape)))
         variables: dict[str, Any] = {
             name: (axes, getattr(self, name))
-            for name in ("t", "status", "mode", "n_events", "n_slides", "slide_time")
+            for name in ("t", "status", "n_events", "n_slides", "slide_time")
         }
+        several = self.mode.ndim > len(axes)
+        variables["mode"] = (("surface", *axes) if several else axes, self.mode)
         variables |= {name: (("state", *axes), getattr(self, name)) for name in ("y", "y0")}
         attrs: dict[str, Any] = {
             "filippov": _core.__version__,
@@ -273,7 +276,7 @@ def ensemble(
         "y": np.full((members.size, sys.dim), np.nan),
         "t": np.full(members.size, np.nan),
         "status": np.full(members.size, INTERRUPTED, dtype=np.int8),
-        "mode": np.zeros(members.size, dtype=np.int8),
+        "mode": np.zeros(members.size, dtype=np.int16),
         "n_events": np.zeros(members.size, dtype=np.int32),
         "n_slides": np.zeros(members.size, dtype=np.int32),
         "slide_time": np.zeros(members.size),
@@ -296,7 +299,7 @@ def ensemble(
         y=np.ascontiguousarray(columns["y"].T).reshape(sys.dim, *shape),
         t=columns["t"].reshape(shape),
         status=STATUS_NAMES[columns["status"]].reshape(shape),
-        mode=columns["mode"].reshape(shape),
+        mode=_modes(columns["mode"], sys.surfaces, shape),
         n_events=columns["n_events"].reshape(shape),
         n_slides=columns["n_slides"].reshape(shape),
         slide_time=columns["slide_time"].reshape(shape),
@@ -310,6 +313,16 @@ def ensemble(
     )
     ended(raised, ensemble=result)
     return result
+
+
+def _modes(code: NDArray[np.int16], surfaces: int, shape: tuple[int, ...]) -> NDArray[np.int8]:
+    """Modes from their codes, the sums of mode_j 3**j."""
+    each = np.empty((surfaces, *shape), dtype=np.int8)
+    rest = code.astype(np.int64).reshape(shape)
+    for mode in each:
+        mode[...] = (rest + 1) % 3 - 1
+        rest = (rest - mode) // 3
+    return each[0] if surfaces == 1 else each
 
 
 @dataclass(frozen=True)

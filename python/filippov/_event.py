@@ -67,6 +67,8 @@ def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: i
             ("s", "f8"),
             ("period", "i8"),
             ("t_local", "f8"),
+            ("contacts", "u4"),
+            ("alternatives", "i4"),
         ]
     )
     log = np.empty(len(columns["t"]), dtype)

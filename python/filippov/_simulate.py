@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
 from ._status import Status
 from ._system import Params, System
-from ._trajectory import Settings, Solution, Stats, Trajectory
+from ._trajectory import Branches, Settings, Solution, Stats, Trajectory
 from ._types import Floats
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
 METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1}
 METHOD_NAMES = ("dopri5", "dop853")
 POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
+ALL = "all"
 
 
 class SimulationError(RuntimeError):
@@ -40,6 +42,10 @@ class SimulationError(RuntimeError):
         self.trajectory = trajectory
 
 
+Policy = Literal["stop", "below", "above", "stay"]
+
+
+@overload
 def simulate(
     sys: System,
     x0: ArrayLike,
@@ -56,9 +62,51 @@ def simulate(
     first_step: float | None = None,
     max_steps: int = 10_000_000,
     max_events: int = 1_000_000,
-    on_nonunique: str = "stop",
+    on_nonunique: Policy = "stop",
+    max_branches: int = 64,
     raise_on_failure: bool = False,
-) -> Trajectory:
+) -> Trajectory: ...
+@overload
+def simulate(
+    sys: System,
+    x0: ArrayLike,
+    t_span: tuple[float, float],
+    *,
+    params: Mapping[str, float] | None = None,
+    method: str = "dopri5",
+    rtol: float = 1e-8,
+    atol: ArrayLike = 1e-10,
+    t_eval: ArrayLike | None = None,
+    dense_output: bool = True,
+    events: EventFunction | Iterable[EventFunction] | None = None,
+    max_step: float = math.inf,
+    first_step: float | None = None,
+    max_steps: int = 10_000_000,
+    max_events: int = 1_000_000,
+    on_nonunique: Literal["all"],
+    max_branches: int = 64,
+    raise_on_failure: bool = False,
+) -> Branches: ...
+def simulate(
+    sys: System,
+    x0: ArrayLike,
+    t_span: tuple[float, float],
+    *,
+    params: Mapping[str, float] | None = None,
+    method: str = "dopri5",
+    rtol: float = 1e-8,
+    atol: ArrayLike = 1e-10,
+    t_eval: ArrayLike | None = None,
+    dense_output: bool = True,
+    events: EventFunction | Iterable[EventFunction] | None = None,
+    max_step: float = math.inf,
+    first_step: float | None = None,
+    max_steps: int = 10_000_000,
+    max_events: int = 1_000_000,
+    on_nonunique: Policy | Literal["all"] = "stop",
+    max_branches: int = 64,
+    raise_on_failure: bool = False,
+) -> Trajectory | Branches:
     """Follow the Filippov solution from a start, with all its events.
 
     Parameters
@@ -95,15 +143,19 @@ def simulate(
         First step, units of t.
     max_steps, max_events : int
         Bounds on the work; reaching one ends the run with that status.
-    on_nonunique : {"stop", "below", "above", "stay"}
+    on_nonunique : {"stop", "below", "above", "stay", "all"}
         What to do where the solution is not unique: end with status `ambiguous`, go on in h < 0,
-        in h > 0, or slide.
+        in h > 0, or slide; where several surfaces meet, in the mode with the lowest sides, the
+        highest, or the most slides. "all" follows every solution. Events tell by `alternatives`
+        where there was a choice.
+    max_branches : int
+        Solutions at most, with "all".
     raise_on_failure : bool
         Turn a failed run into a `SimulationError`.
 
     Returns
     -------
-    Trajectory
+    Trajectory, or Branches with `on_nonunique="all"`
         Of a failed run too: `status` and `message` say what happened, the last point is the last
         good state, and all events up to there are logged.
 
@@ -128,13 +180,15 @@ def simulate(
         first_step = number("first_step", first_step, "expected a number > 0, or None", above=0.0)
     max_steps = integer("max_steps", max_steps)
     max_events = integer("max_events", max_events)
-    policy = choice("on_nonunique", on_nonunique, POLICIES)
+    policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
+    branches = on_nonunique == ALL
+    most = integer("max_branches", max_branches) if branches else 0
     times = None if t_eval is None else _times(t_eval, t0, t_end)
     watched = watch_all(events)
     dense = flag("dense_output", dense_output)
     raises = flag("raise_on_failure", raise_on_failure)
 
-    run = _core.simulate(
+    runs, complete = _core.simulate(
         sys._model,
         start,
         t0,
@@ -148,6 +202,7 @@ def simulate(
         max_steps,
         max_events,
         policy,
+        most,
         dense,
         times,
         [watch.as_tuple() for watch in watched],
@@ -163,13 +218,14 @@ def simulate(
         max_events=max_events,
         on_nonunique=on_nonunique,
     )
-    trajectory = _trajectory(
-        sys, run, run_params, settings, None if events is None else len(watched)
-    )
-    ended(run["raised"], trajectory=trajectory)
-    if raises and not trajectory.success:
-        raise SimulationError(trajectory)
-    return trajectory
+    n_watched = None if events is None else len(watched)
+    found = [_trajectory(sys, run, run_params, settings, n_watched) for run in runs]
+    result = Branches(tuple(found), complete) if branches else found[0]
+    ended(runs[-1]["raised"], trajectory=result)
+    for trajectory in found:
+        if raises and not trajectory.success:
+            raise SimulationError(trajectory)
+    return result
 
 
 def _trajectory(

@@ -114,6 +114,16 @@ class System:
         return self._model.surfaces
 
     @property
+    def kinds(self) -> tuple[str, ...]:
+        """What each surface is.
+
+        `"switching"`: the field jumps there, and it is crossed or slid on. `"kink"`: the field is
+        continuous there, and it is always crossed. `"jump"`: the solution stays where h >= 0, and
+        where h falls to zero the state jumps; 0 (sliding) is contact at rest there.
+        """
+        return tuple(self._model.kinds)
+
+    @property
     def switches(self) -> tuple[str, ...]:
         """The switching functions in words, one a surface."""
         return self._switches
@@ -178,7 +188,8 @@ class System:
         t : float or array, shape (k,)
         x : array, shape (dim,) or (dim, k)
         side : int, or one int a surface
-            -1 is F1 of (4.8), +1 is F2, 0 the sliding field of (4.11) and (4.12). A side's field
+            -1 is F1 of (4.8), +1 is F2, 0 the sliding field of (4.11) and (4.12); on
+            several surfaces at once it is the blend that keeps all their h at zero. A side's field
             goes smoothly across the surface: it is not asked whether x lies on that side.
         params : mapping, optional
 
@@ -261,8 +272,9 @@ class System:
             shown = ", ".join(f"{name}={value:g}" for name, value in self._params.items())
             lines.append(f"  params   {shown}")
         lines += [
-            f"  switch   h{j if self.surfaces > 1 else ''} = {text}"
-            for j, text in enumerate(self._switches)
+            f"  {'switch' if kind == 'switching' else kind:8} "
+            f"h{j if self.surfaces > 1 else ''} = {text}"
+            for j, (text, kind) in enumerate(zip(self._switches, self.kinds, strict=False))
         ]
         period = self.period()
         if period is not None:
@@ -342,8 +354,6 @@ class System:
             refuse("side", side, f"expected {what}", TypeError)
         if len(each) != self.surfaces or not all(among(v, (-1, 0, 1)) for v in each):
             refuse("side", side, f"expected {what}")
-        if each.count(0) > 1:
-            refuse("side", side, "expected sliding (0) on one surface at most")
         return [int(v) for v in each]
 
     def _surface(self, surface: int) -> int:

@@ -7,7 +7,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T", bound=np.generic)
 
-__all__ = ["Piece", "Settings", "Solution", "Stats", "Trajectory"]
+__all__ = ["Branches", "Piece", "Settings", "Solution", "Stats", "Trajectory"]
 
 
 @dataclass(frozen=True)
@@ -135,6 +135,8 @@ class Trajectory:
     `x_left, x_right`          state just before and just after
     `s`                        equivalent control in contact with a surface, -1 or +1 off it
     `period, t_local`          the time as period index and time since that period began
+    `contacts`                 surfaces that the point is on: bit j for surface j
+    `alternatives`             modes among which `on_nonunique` chose; 0 if there was one
     =========================  ====================================================================
     """
 
@@ -161,6 +163,12 @@ class Trajectory:
     def nfev(self) -> int:
         """Evaluations of a one-sided field."""
         return self.stats.field
+
+    @property
+    def choices(self) -> Record:
+        """The events after which the solution is not unique, and `on_nonunique` chose."""
+        chosen: Record = self.events[self.events["alternatives"] > 0]
+        return chosen
 
     def s(self, t: ArrayLike) -> FloatOrArray:
         """Blend variable at one time or several: for friction, the force over its maximum.
@@ -343,3 +351,49 @@ class Trajectory:
             )
         names = ", ".join(map(repr, (*self.system.state, "t", "s")))
         return refuse("x or y", name, f"expected one of {names}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branches(Sequence[Trajectory]):
+    """Every solution from a start, result of `simulate` with `on_nonunique="all"`.
+
+    A sequence of trajectories; each tells by its `choices` where it went another way than others.
+    """
+
+    trajectories: tuple[Trajectory, ...]
+    complete: bool  #: False: there are more than `max_branches`
+
+    @overload
+    def __getitem__(self, index: int) -> Trajectory: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Trajectory, ...]: ...
+    def __getitem__(self, index: int | slice) -> Trajectory | tuple[Trajectory, ...]:
+        return self.trajectories[index]
+
+    def __len__(self) -> int:
+        return len(self.trajectories)
+
+    @property
+    def success(self) -> bool:
+        """True if every one reached its end."""
+        return all(each.success for each in self.trajectories)
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        x: str | None = None,
+        y: str | Sequence[str] | None = None,
+        **artist_kw: Any,
+    ) -> list[Artist]:
+        """Draw all of them; arguments as in `Trajectory.plot`."""
+        artists: list[Artist] = []
+        for each in self.trajectories:
+            artists += each.plot(ax, x=x, y=y, **artist_kw)
+        return artists
+
+    def __repr__(self) -> str:
+        more = "" if self.complete else " (and more)"
+        lines = [f"<Branches: {len(self)} solutions{more}"]
+        lines += [f"  {each!r}" for each in self.trajectories]
+        return "\n".join(lines) + ">"

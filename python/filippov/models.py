@@ -16,7 +16,33 @@
 `dieci_lopez`
     Stick-slip of Dieci and Lopez; `h = x2 - v`.
 `dieci_lopez_2`
-    The same with two surfaces, `h = (x2 - 0.2, x3 - 0.4)`.
+    The same with two surfaces, `h = (x2 - 0.2, x3 - 0.4)`; the fields around their intersection
+    are blended multilinearly. `dieci_lopez_2_moments`: by the moments of Dieci and Difonzo.
+`two_blocks`
+    Two blocks on rough ground joined by a spring, friction that depends on where they are:
+    `x1'' = x2 - x1 - F1(x1) sign(x1')`, `x2'' = x1 - x2 - F2(x2) sign(x2')`;
+    `h = (v1, v2, x1, x2)`.
+`belt_chain_2`, `belt_chain_3`
+    Two and three blocks on a belt, each tied to the wall and to its neighbours:
+    `x_i'' = -x_i - c (x_i - x_(i-1)) - c (x_i - x_(i+1)) - s_i F_i/(1 + gamma |v_i - V|)`,
+    `s_i = sign(h_i)`, `h_i = v_i - V`.
+`sign_plane`
+    `x' = a sign(x) + b sign(y)`, `y' = c sign(x) + d sign(y)`; `h = (x, y)`. Spirals into the
+    origin in finite time, with the values it comes with.
+`planar_relay`
+    `x1' = -x1 + x2`, `x2' = 3 x2 - k sign(x1 + x2)`; `h = x1 + x2`.
+`gene_switch`
+    Two genes that inhibit each other, and at a higher level themselves:
+    `a' = k [a < high] [b < low] - g a`, `b' = k [a < low] [b < high] - g b`;
+    `h = (a - low, b - low, a - high, b - high)`.
+`bouncing_ball`
+    `x'' = -g`, `v -> -e v` on the floor `h = x`.
+`thermostat`
+    `y' = -rate (y - outside) + q power`; the switch `q` goes off at `high` and on at `low`:
+    `h = q (high - y) + (1 - q) (y - low)`.
+`impact_belt`
+    A block on a belt in front of a wall: `x'' = A cos(omega t) - x - F sign(x' - V)`, `x <= wall`,
+    `v -> -e v` at the wall; `h = (v - V, wall - x)`.
 `relay`
     Third-order relay feedback, `u = -sign(x1)`; `h = x1`.
 `stiff_relay`
@@ -33,14 +59,24 @@ from . import _core
 from ._system import System
 
 __all__ = [
+    "belt_chain_2",
+    "belt_chain_3",
+    "bouncing_ball",
     "coulomb",
     "dieci_lopez",
     "dieci_lopez_2",
+    "dieci_lopez_2_moments",
+    "gene_switch",
+    "impact_belt",
     "oscillator",
+    "planar_relay",
     "quartet",
     "relay",
+    "sign_plane",
     "stiction",
     "stiff_relay",
+    "thermostat",
+    "two_blocks",
     "unit_circle",
     "varying_belt",
 ]
@@ -53,6 +89,20 @@ stiction = System(_compiled["stiction"], switches=["v - V"])
 varying_belt = System(_compiled["varying_belt"], switches=["v - cos(t) - V"])
 dieci_lopez = System(_compiled["dieci_lopez"], switches=["x2 - v"])
 dieci_lopez_2 = System(_compiled["dieci_lopez_2"], switches=["x2 - 0.2", "x3 - 0.4"])
+dieci_lopez_2_moments = System(
+    _compiled["dieci_lopez_2_moments"], switches=["x2 - 0.2", "x3 - 0.4"]
+)
+two_blocks = System(_compiled["two_blocks"], switches=["v1", "v2", "x1", "x2"])
+belt_chain_2 = System(_compiled["belt_chain_2"], switches=["v1 - V", "v2 - V"])
+belt_chain_3 = System(_compiled["belt_chain_3"], switches=["v1 - V", "v2 - V", "v3 - V"])
+sign_plane = System(_compiled["sign_plane"], switches=["x", "y"])
+planar_relay = System(_compiled["planar_relay"], switches=["x1 + x2"])
+gene_switch = System(
+    _compiled["gene_switch"], switches=["a - low", "b - low", "a - high", "b - high"]
+)
+bouncing_ball = System(_compiled["bouncing_ball"], switches=["x"])
+thermostat = System(_compiled["thermostat"], switches=["q*(high - y) + (1 - q)*(y - low)"])
+impact_belt = System(_compiled["impact_belt"], switches=["v - V", "wall - x"])
 relay = System(_compiled["relay"], switches=["x1"])
 stiff_relay = System(_compiled["stiff_relay"], switches=["x"])
 unit_circle = System(_compiled["unit_circle"], switches=["x**2 + y**2 - 1"])

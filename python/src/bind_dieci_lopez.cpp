@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "compiled_model.hpp"
 
+#include <filippov/intersection.hpp>
 #include <filippov/models/dieci_lopez.hpp>
 
 namespace filippov::python {
@@ -8,6 +9,9 @@ namespace filippov::python {
 std::shared_ptr<const Model> dieci_lopez() { return bind_model<models::DieciLopez>("dieci_lopez"); }
 std::shared_ptr<const Model> dieci_lopez_2() {
     return bind_model<models::DieciLopez2>("dieci_lopez_2");
+}
+std::shared_ptr<const Model> dieci_lopez_2_moments() {
+    return bind_model<WithMoments<models::DieciLopez2>>("dieci_lopez_2_moments");
 }
 
 } // namespace filippov::python

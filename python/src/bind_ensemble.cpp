@@ -13,7 +13,8 @@ public:
     // one entry a member
     std::vector<double> x, t, slide_time;
     std::vector<long long> period;
-    std::vector<signed char> status, mode;
+    std::vector<signed char> status;
+    std::vector<std::int16_t> mode; ///< Mode::code
     std::vector<std::int32_t> events, slides;
 
     Listed(std::size_t n, const Doubles& x0, const Doubles& params, const Doubles& t0,
@@ -37,7 +38,7 @@ public:
         t[id] = o.clock.absolute();
         period[id] = o.clock.index;
         status[id] = static_cast<signed char>(o.status);
-        mode[id] = static_cast<signed char>(o.mode);
+        mode[id] = static_cast<std::int16_t>(o.mode);
         events[id] = o.events;
         slides[id] = o.slides;
         slide_time[id] = o.slide_time;

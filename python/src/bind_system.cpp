@@ -19,12 +19,8 @@ std::size_t rows(const Model& model, const Doubles& t, const Doubles& x, const D
 }
 void check_side(const Model& model, const std::vector<int>& side) {
     expect(side.size() == std::size_t(model.facts().surfaces), "side has one entry a surface");
-    int sliding = 0;
-    for (const int v : side) {
+    for (const int v : side)
         expect(v >= -1 && v <= 1, "side is -1, 0 or +1");
-        sliding += v == 0;
-    }
-    expect(sliding <= 1, "sliding on one surface at most");
 }
 void check_surface(const Model& model, int surface) {
     expect(surface >= 0 && surface < model.facts().surfaces, "surface is an index");
@@ -52,6 +48,7 @@ void bind_system(py::module_& m) {
         .def_property_readonly("defaults", [](const Model& s) { return s.facts().defaults; })
         .def_property_readonly("capabilities",
                                [](const Model& s) { return s.facts().capabilities; })
+        .def_property_readonly("kinds", [](const Model& s) { return s.facts().kinds; })
         .def_property_readonly("dim", [](const Model& s) { return s.facts().dim; })
         .def_property_readonly("surfaces", [](const Model& s) { return s.facts().surfaces; })
         .def("period",
@@ -105,9 +102,26 @@ void bind_system(py::module_& m) {
 
     m.def("models", [] {
         std::vector<std::shared_ptr<Model>> all;
-        for (const auto& model :
-             {oscillator(), coulomb(), stiction(), varying_belt(), dieci_lopez(), dieci_lopez_2(),
-              relay(), stiff_relay(), unit_circle(), quartet()})
+        for (const auto& model : {oscillator(),
+                                  coulomb(),
+                                  stiction(),
+                                  varying_belt(),
+                                  dieci_lopez(),
+                                  dieci_lopez_2(),
+                                  dieci_lopez_2_moments(),
+                                  two_blocks(),
+                                  belt_chain_2(),
+                                  belt_chain_3(),
+                                  sign_plane(),
+                                  planar_relay(),
+                                  gene_switch(),
+                                  bouncing_ball(),
+                                  thermostat(),
+                                  impact_belt(),
+                                  relay(),
+                                  stiff_relay(),
+                                  unit_circle(),
+                                  quartet()})
             all.push_back(std::const_pointer_cast<Model>(model)); // the holder type has no const
         return all;
     });

@@ -43,14 +43,33 @@ py::dict events_to_dict(EventColumns&& e, py::ssize_t dim, py::ssize_t surfaces)
     d["x_left"] = as_array(std::move(e.x_left), {n, dim});
     d["x_right"] = as_array(std::move(e.x_right), {n, dim});
     d["s"] = as_array(std::move(e.s), {n});
+    d["contacts"] = as_array(std::move(e.contacts), {n});
+    d["alternatives"] = as_array(std::move(e.alternatives), {n});
     return d;
 }
 
-py::dict simulate(const Model& model, const Doubles& x0, double t0, double t_end, const Doubles& p,
-                  bool eighth_order, double rtol, const Doubles& atol, double max_step,
-                  double first_step, long long max_steps, long long max_events, int on_nonunique,
-                  bool dense, const std::optional<Doubles>& t_eval, const py::list& events,
-                  const py::object& params) {
+py::dict run_to_dict(Run&& run, const Facts& facts, const py::object& raised) {
+    const auto n = py::ssize_t(run.t.size());
+    py::dict d;
+    d["t"] = as_array(std::move(run.t), {n});
+    d["y"] = as_array(std::move(run.x), {n, facts.dim});
+    d["mode"] = as_array(std::move(run.mode), {n, facts.surfaces});
+    d["events"] = events_to_dict(std::move(run.events), facts.dim, facts.surfaces);
+    d["solution"] = std::const_pointer_cast<Solution>(run.solution);
+    d["counters"] = counters_to_dict(run.counters);
+    d["status"] = std::string(name(run.status));
+    d["message"] = run.message;
+    d["raised"] = raised;
+    return d;
+}
+
+/// @param most  0: one solution, by the policy; else all of them, and so many at most
+/// @return the runs, and whether these are all
+py::tuple simulate(const Model& model, const Doubles& x0, double t0, double t_end, const Doubles& p,
+                   bool eighth_order, double rtol, const Doubles& atol, double max_step,
+                   double first_step, long long max_steps, long long max_events, int on_nonunique,
+                   int most, bool dense, const std::optional<Doubles>& t_eval,
+                   const py::list& events, const py::object& params) {
     const Facts& facts = model.facts();
     expect(x0.size() == facts.dim && atol.size() == facts.dim, "x0 and atol have dim entries");
     expect(std::size_t(p.size()) == facts.params.size(), "p has one entry a parameter");
@@ -83,26 +102,21 @@ py::dict simulate(const Model& model, const Doubles& x0, double t0, double t_end
     SignalCheck signals;
     task.interrupted = [&signals] { return signals(); };
 
-    Run run;
+    Runs runs;
     {
         // Event functions run all the time: giving the lock away between them would only cost.
         std::optional<py::gil_scoped_release> unlocked;
         if (task.watches.empty())
             unlocked.emplace();
-        run = model.simulate(task);
+        if (most > 0)
+            runs = model.simulate_all(task, most);
+        else
+            runs.all.push_back(model.simulate(task));
     }
-    const auto n = py::ssize_t(run.t.size());
-    py::dict d;
-    d["t"] = as_array(std::move(run.t), {n});
-    d["y"] = as_array(std::move(run.x), {n, facts.dim});
-    d["mode"] = as_array(std::move(run.mode), {n, facts.surfaces});
-    d["events"] = events_to_dict(std::move(run.events), facts.dim, facts.surfaces);
-    d["solution"] = std::const_pointer_cast<Solution>(run.solution);
-    d["counters"] = counters_to_dict(run.counters);
-    d["status"] = std::string(name(run.status));
-    d["message"] = run.message;
-    d["raised"] = signals.raised();
-    return d;
+    py::list all;
+    for (Run& run : runs.all)
+        all.append(run_to_dict(std::move(run), facts, signals.raised()));
+    return py::make_tuple(all, runs.complete);
 }
 
 } // namespace

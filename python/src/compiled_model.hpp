@@ -4,6 +4,7 @@
 
 #include "model.hpp"
 
+#include <filippov/all_branches.hpp>
 #include <filippov/diagram.hpp>
 #include <filippov/trajectory.hpp>
 
@@ -49,7 +50,10 @@ public:
                 if (mode[j] != 0)
                     continue;
                 const double local = Clock<double>::at(time, T).local;
-                s = sliding_margin(trajectory.sys, mode, local, state(time), trajectory.p).s;
+                s = is_kind<Sys>(j, SurfaceKind::jump)
+                        ? std::numeric_limits<double>::quiet_NaN() // contact: a force, and no s
+                        : sliding_margin(trajectory.sys, mode, j, local, state(time), trajectory.p)
+                              .s;
             }
         }
     }
@@ -102,6 +106,8 @@ public:
         log.kind.push_back(int(event.kind));
         log.surface.push_back(event.surface);
         log.s.push_back(event.s);
+        log.contacts.push_back(event.contacts);
+        log.alternatives.push_back(event.alternatives);
         log.x_left.insert(log.x_left.end(), event.x_left.begin(), event.x_left.end());
         log.x_right.insert(log.x_right.end(), event.x_right.begin(), event.x_right.end());
         append(log.mode_before, event.mode_before);
@@ -115,6 +121,8 @@ public:
         last_mode_ = step.mode;
         if (!stepped_)
             set_first_mode(step.mode);
+        if constexpr (has_jumps_v<Sys>)
+            land(step);
         const bool forward = task_.t_end >= task_.t0;
         const bool wanted = next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1);
         if (solution_ || wanted) {
@@ -143,6 +151,8 @@ public:
         run_.status = result.status;
         run_.message = result.message();
         run_.counters = result.counters;
+        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
+            keep_last(result);
         if (result.status == Status::ok) {
             run_.events.t.back() = task_.t_end;
             if (solution_ && stepped_)
@@ -161,6 +171,45 @@ public:
     }
 
 private:
+    void keep_last(const FlowResult<double, N, M>& result) {
+        const auto moved = [&](const double* x) {
+            return !std::equal(result.x.begin(), result.x.end(), x);
+        };
+        if (solution_ && moved(solution_->trajectory.x.back().data())) {
+            auto& kept = solution_->trajectory;
+            DensePiece<double, N, M> piece{result.clock, 0.0, result.x, result.mode, {}, false};
+            for (auto& c : piece.polynomial.c)
+                c.setZero();
+            piece.polynomial.c[0] = result.x;
+            kept.t.push_back(result.t);
+            kept.x.push_back(result.x);
+            kept.mode.push_back(result.mode);
+            kept.pieces.push_back(piece);
+        }
+        if (!task_.t_eval && !run_.x.empty() &&
+            moved(run_.x.data() + run_.x.size() - std::size_t(N)))
+            keep(result.t, result.x, result.mode);
+    }
+    /// After a jump of the state the time is there twice, with the states before and after.
+    void land(const StepView<double, N, M>& step) {
+        const auto moved = [&](const double* x) {
+            return !std::equal(step.x0.begin(), step.x0.end(), x);
+        };
+        const double t = step.clock.absolute();
+        if (solution_ && moved(solution_->trajectory.x.back().data())) {
+            auto& kept = solution_->trajectory;
+            DensePiece<double, N, M> piece{step.clock, 0.0, step.x0, step.mode, {}, false};
+            for (auto& c : piece.polynomial.c)
+                c.setZero();
+            piece.polynomial.c[0] = step.x0;
+            kept.t.push_back(t);
+            kept.x.push_back(step.x0);
+            kept.mode.push_back(step.mode);
+            kept.pieces.push_back(piece);
+        }
+        if (!task_.t_eval && moved(run_.x.data() + run_.x.size() - std::size_t(N)))
+            keep(t, step.x0, step.mode);
+    }
     static void append(std::vector<signed char>& column, const Mode<M>& mode) {
         column.insert(column.end(), mode.side.begin(), mode.side.end());
     }
@@ -260,7 +309,13 @@ public:
             if (has)
                 facts_.capabilities.emplace_back(what);
         };
+        for (int j = 0; j < M; ++j)
+            facts_.kinds.emplace_back(is_kind<Sys>(j, SurfaceKind::jump)   ? "jump"
+                                      : is_kind<Sys>(j, SurfaceKind::kink) ? "kink"
+                                                                           : "switching");
         found(HasField<Sys, double>, "field");
+        found(HasRegions<Sys, double>, "region");
+        found(selection_v<Sys> == Selection::moments, "moments");
         found(HasGradH<Sys, double>, "grad_h");
         found(HasHt<Sys, double>, "h_t");
         found(HasEquivalentControl<Sys, double>, "equivalent_control");
@@ -286,7 +341,7 @@ public:
         const P q = params(p);
         const Mode<M> mode = mode_of(side);
         each(t, x, [&](std::size_t k, double time, const X& y) {
-            const X f = mode_field(mode, time, y, q);
+            const X f = mode_field(sys_, mode, time, y, q);
             std::copy_n(f.data(), N, out.begin() + std::ptrdiff_t(k) * N);
         });
     }
@@ -296,7 +351,7 @@ public:
         const Mode<M> mode = mode_of(side);
         each(t, x, [&](std::size_t k, double time, const X& y) {
             const auto f = [&](const auto& tau, const auto& z, const auto& r) {
-                return mode_field(mode, tau, z, r);
+                return mode_field(sys_, mode, tau, z, r);
             };
             const Mat<double, N, N> J = filippov::jacobian(f, time, y, q);
             for (int r = 0; r < N; ++r)
@@ -330,8 +385,22 @@ public:
         return run(task, Watches{task.watches, {}});
     }
 
+    Runs simulate_all(const Task& task, int most) const override {
+        Runs runs;
+        Script<double, M> script;
+        do {
+            if (int(runs.all.size()) == most) {
+                runs.complete = false;
+                break;
+            }
+            runs.all.push_back(run(task, Watches{task.watches, {}}, script));
+        } while (runs.all.back().status != Status::interrupted && script.next());
+        runs.complete = runs.complete && script.complete();
+        return runs;
+    }
+
     std::shared_ptr<const AnySystem> analysis(const Precision& precision) const override {
-        if constexpr (M == 1)
+        if constexpr (single_v<Sys>)
             return any_system(sys_, precision);
         else
             return nullptr;
@@ -409,13 +478,6 @@ private:
             mode.set(j, side[std::size_t(j)]);
         return mode;
     }
-    template <class S>
-    State<Sys, S> mode_field(const Mode<M>& mode, const S& t, const State<Sys, S>& x,
-                             const Params<Sys, S>& p) const {
-        if (sliding_surface(mode) >= 0)
-            return sliding(sys_, mode, t, x, p).f;
-        return side_field(sys_, mode, t, x, p);
-    }
     template <class Use>
     static void each(std::span<const double> t, std::span<const double> x, Use use) {
         for (std::size_t k = 0; k < x.size() / std::size_t(N); ++k) {
@@ -424,11 +486,14 @@ private:
             use(k, t.size() == 1 ? t[0] : t[k], y);
         }
     }
-    template <class Sec> Run run(const Task& task, const Sec& watched) const {
-        return task.eighth_order ? run<DormandPrince8>(task, watched)
-                                 : run<DormandPrince5>(task, watched);
+    /// @param script  what to choose where the solution is not unique; none: by the policy
+    template <class Sec, class... Scripts>
+    Run run(const Task& task, const Sec& watched, Scripts&... script) const {
+        return task.eighth_order ? run<DormandPrince8>(task, watched, script...)
+                                 : run<DormandPrince5>(task, watched, script...);
     }
-    template <class Tableau, class Sec> Run run(const Task& task, const Sec& watched) const {
+    template <class Tableau, class Sec, class... Scripts>
+    Run run(const Task& task, const Sec& watched, Scripts&... script) const {
         const Settings<double, N> settings = settings_of(task);
         X x0, scale;
         std::copy_n(task.x0.begin(), N, x0.data());
@@ -437,8 +502,14 @@ private:
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
         Keeper<Sys> keeper(sys_, p, task, scale);
-        return keeper.finish(
-            flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, keeper, watched));
+        if constexpr (sizeof...(Scripts) > 0) {
+            Scripted<Keeper<Sys>, double, M> chooser(std::move(keeper), script...);
+            return chooser.finish(
+                flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, chooser, watched));
+        } else {
+            return keeper.finish(
+                flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, keeper, watched));
+        }
     }
 
     Sys sys_{};

@@ -24,6 +24,7 @@ struct Facts {
     std::vector<std::string> params;
     std::vector<double> defaults;
     std::vector<std::string> capabilities; ///< optional members that were found
+    std::vector<std::string> kinds;        ///< of the surfaces: "switching", "kink" or "jump"
     int dim = 0;
     int surfaces = 0;
 };
@@ -113,7 +114,8 @@ public:
 struct EventColumns {
     std::vector<double> t, t_local, s, x_left, x_right; ///< states: dim values an event
     std::vector<long long> period;
-    std::vector<int> kind, surface;
+    std::vector<int> kind, surface, alternatives;
+    std::vector<unsigned> contacts;
     std::vector<signed char> mode_before, mode_after; ///< surfaces values an event
 };
 
@@ -129,11 +131,17 @@ struct Run {
     std::string message;
 };
 
+/// Every solution of a run that is not unique.
+struct Runs {
+    std::vector<Run> all;
+    bool complete = true; ///< false: there are more than were asked for
+};
+
 /// A system whose type is forgotten. A compiled model is one kind; whatever else can be evaluated
 /// and run is another.
 ///
 /// Arrays of states are row by row, shape (k, dim); `t` has one entry or k. `side` has one entry a
-/// surface: -1, +1, or 0 for sliding, which at most one may be.
+/// surface: -1, +1, or 0 for sliding.
 class Model {
 public:
     Model() = default;
@@ -164,7 +172,9 @@ public:
                          std::span<const double> p, std::span<double> out) const = 0;
     /// Follows the solution. Exceptions of watches and of `interrupted` pass through.
     virtual Run simulate(const Task& task) const = 0;
-    /// For maps, orbits and bifurcations; null for a system with several surfaces.
+    /// Follows every solution, `most` at most.
+    virtual Runs simulate_all(const Task& task, int most) const = 0;
+    /// For maps, orbits and bifurcations; null for a system with several surfaces or jumps.
     virtual std::shared_ptr<const AnySystem> analysis(const Precision& precision) const = 0;
     /// What lanes need to run it; null for a system that has none.
     virtual std::shared_ptr<const AnyScalar> scalar() const = 0;
@@ -179,6 +189,16 @@ std::shared_ptr<const Model> stiction();
 std::shared_ptr<const Model> varying_belt();
 std::shared_ptr<const Model> dieci_lopez();
 std::shared_ptr<const Model> dieci_lopez_2();
+std::shared_ptr<const Model> dieci_lopez_2_moments();
+std::shared_ptr<const Model> two_blocks();
+std::shared_ptr<const Model> belt_chain_2();
+std::shared_ptr<const Model> belt_chain_3();
+std::shared_ptr<const Model> sign_plane();
+std::shared_ptr<const Model> planar_relay();
+std::shared_ptr<const Model> gene_switch();
+std::shared_ptr<const Model> bouncing_ball();
+std::shared_ptr<const Model> thermostat();
+std::shared_ptr<const Model> impact_belt();
 std::shared_ptr<const Model> relay();
 std::shared_ptr<const Model> stiff_relay();
 std::shared_ptr<const Model> unit_circle();
