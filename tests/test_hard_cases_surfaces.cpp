@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 using namespace filippov;
 using enum EventKind;
@@ -109,6 +110,100 @@ struct Thrown {
     }
 };
 
+/// x_i' = d_i + t r_i - s_i - coupling s_other: slides on both until an s_i reaches an end.
+struct Pulled {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    Vec<double, 2> at_start, rate, coupling;
+
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(at_start[0]) + S(rate[0]) * t - s[0] - S(coupling[0]) * s[1],
+                S(at_start[1]) + S(rate[1]) * t - s[1] - S(coupling[1]) * s[0]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
+/// Solutions spiral onto x = y = 0 while z < 1 and away from it after that; z' = 1.
+struct Loosening {
+    static constexpr int dim = 3;
+    static constexpr int surfaces = 2;
+    template <Scalar S>
+    Vec<S, 3> field(const S&, const Vec<S, 3>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        const S d = x[2] - S(1);
+        return {d * s[0] + S(2) * s[1], S(-2) * s[0] + d * s[1], S(1)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 3>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1]};
+    }
+};
+
+/// Slides on x = 0 under a force that turns at times alone: surface 0 is 0.5 - t, modulo 1.
+struct SquareWave {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(0.5) * s[0] - s[1], s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        using std::sin;
+        return {sin(S(2 * pi) * t), x[0]};
+    }
+};
+
+/// Two balls on one floor.
+struct TwoBalls {
+    static constexpr int dim = 4;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump};
+    double second = 0.5; ///< restitution of the second; that of the first is 0.5
+    template <Scalar S> Vec<S, 4> f(const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-2), x[3], S(-2)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        return {x[0], x[2]};
+    }
+    template <Scalar S> Vec<S, 4> jump(int j, const S&, Vec<S, 4> x, const Vec<S, 0>&) const {
+        x[2 * j + 1] *= S(j == 0 ? -0.5 : -second);
+        return x;
+    }
+};
+
+/// A ball, x'' = -2, that is kicked up with speed 1 where it hits the floor more slowly than
+/// `slow`.
+struct Kicked {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    double slow = 0;
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-2)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[0]; }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], -x[1] > S(slow) ? S(x[1] * S(-0.5)) : S(1)};
+    }
+};
+
+/// Slides on y = 0, s = 0.2 there, while x runs up to 1 and is set back to 0.
+struct SlideReset {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::switching, SurfaceKind::jump};
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(1) - S(0.3) * s[0], S(0.2) - s[0]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(1) - x[0]};
+    }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {S(0), x[1]};
+    }
+};
+
 } // namespace
 
 // --- accumulation --------------------------------------------------------------------------------
@@ -145,6 +240,67 @@ TEMPLATE_TEST_CASE("H14: without gravity nothing accumulates, and an elastic bal
     CHECK(elastic.times(accumulation).empty());
     const double energy = 9.8 * elastic.result.x[0] + elastic.result.x[1] * elastic.result.x[1] / 2;
     CHECK(energy == Approx(9.8).epsilon(1e-7)); // eleven events of relative errors 1e-9
+}
+
+TEMPLATE_TEST_CASE("H14: bounces so weak that nothing but their ratio is left are followed",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    for (const double g : {1e-14, 1e-24, 1e14}) {
+        INFO("g = " << g);
+        auto settings = bounded<2>(1e-9, 100'000, 2'000);
+        settings.atol = AbsoluteTolerance<double, 2>(0.0);
+        const double t1 = std::sqrt(2 / g);
+        const auto r =
+            follow<TestType>(models::BouncingBall{}, {g, 0.5}, V2(1, 0), 4 * t1, settings);
+        CHECK(r.result.status == Status::ok);
+        const auto limit = r.times(accumulation);
+        REQUIRE(limit.size() == 1);
+        CHECK(limit[0] == Approx(3 * t1).epsilon(1e-8));
+        CHECK(r.result.mode[0] == 0);
+    }
+    // an impact that takes all of the speed but rounding
+    const auto r =
+        follow<TestType>(models::BouncingBall{}, {2, 1e-20}, V2(1, 0), 3, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.mode[0] == 0);
+    CHECK(r.result.counters.events <= 5);
+}
+
+TEMPLATE_TEST_CASE("H14: two balls come to rest at one time, or one after the other", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // flights from speed u last u: from a height of 1 all ends at 1 + 2 e/(1 - e)
+    const Vec<double, 4> x0(1, 0, 1, 0);
+    auto r = follow<TestType>(TwoBalls{}, {}, x0, 4, bounded<4>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.mode == Mode<2>{{0, 0}});
+    for (const double t : r.times(accumulation))
+        CHECK(t == Approx(3).epsilon(1e-8));
+    r = follow<TestType>(TwoBalls{0.7}, {}, x0, 7, bounded<4>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.mode == Mode<2>{{0, 0}});
+    const auto limits = r.times(accumulation);
+    REQUIRE(limits.size() == 2);
+    CHECK(limits[0] == Approx(3).epsilon(1e-8));
+    CHECK(limits[1] == Approx(1 + 1.4 / 0.3).epsilon(1e-8));
+}
+
+TEMPLATE_TEST_CASE("H14: bounces that shrink and then do not are no accumulation", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // Flights last 1, 1/2, ..., until one ends more slowly than `slow`: 2 - 2^-k from kick to kick.
+    const double slow = GENERATE(1e-2, 1e-6, 1e-8);
+    const double tol = GENERATE(1e-4, 1e-9);
+    const auto r = follow<TestType>(Kicked{slow}, {}, V2(0, 1), 9.5, bounded<2>(tol));
+    INFO("slow " << slow << ", tolerance " << tol);
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.times(accumulation).empty());
+    const int k = int(std::ceil(std::log2(1 / slow)));
+    const double cycle = 2 - std::ldexp(1.0, -k);
+    int kicks = 0;
+    for (const auto& e : r.events)
+        if (e.kind == jump && e.x_right[1] == 1) {
+            ++kicks;
+            CHECK(e.t == Approx(kicks * cycle).epsilon(0).margin(1e-11 + 10 * tol));
+        }
+    CHECK(kicks == 4);
 }
 
 TEMPLATE_TEST_CASE("H15: crossings that accumulate end on the intersection", "[hard]",
@@ -232,6 +388,61 @@ TEMPLATE_TEST_CASE("H18: leaving an intersection is found to full accuracy", "[h
     }
 }
 
+TEMPLATE_TEST_CASE("H17: a surface of time alone is crossed while another is slid on", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // s = 0.5 sign: y' = 0.5 and -0.5 by turns
+    const auto r = follow<TestType>(SquareWave{}, {}, V2(0, 0), 2.75, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "cross cross cross cross cross");
+    CHECK(r.result.x[0] == 0);
+    CHECK(r.result.x[1] == Approx(0.25 - 0.125).epsilon(1e-9));
+    for (int k = 1; k <= 5; ++k)
+        CHECK(r.events[std::size_t(k)].t == Approx(0.5 * k).epsilon(1e-12));
+}
+
+TEMPLATE_TEST_CASE("H18: an intersection is left where the first equivalent control ends", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    std::mt19937 random(7);
+    const auto between = [&](double a, double b) {
+        return std::uniform_real_distribution<double>(a, b)(random);
+    };
+    for (int trial = 0; trial < 100; ++trial) {
+        Pulled sys;
+        for (int i = 0; i < 2; ++i) {
+            sys.coupling[i] = between(-0.9, 0.9);
+            sys.rate[i] = between(-1, 1);
+        }
+        const Vec<double, 2> s0(between(-0.8, 0.8), between(-0.8, 0.8));
+        const auto& c = sys.coupling; // s + c s_other is what they hold
+        sys.at_start = V2(s0[0] + c[0] * s0[1], s0[1] + c[1] * s0[0]);
+        const Vec<double, 2> rate = V2(sys.rate[0] - c[0] * sys.rate[1],
+                                       sys.rate[1] - c[1] * sys.rate[0]) /
+                                    (1 - c[0] * c[1]); // of s
+        int first = 0;
+        double t[2];
+        for (int i = 0; i < 2; ++i)
+            t[i] = ((rate[i] > 0 ? 1 : -1) - s0[i]) / rate[i];
+        first = t[1] < t[0] ? 1 : 0;
+        INFO("trial " << trial << ", exits at " << t[0] << " and " << t[1]);
+        const auto r = follow<TestType>(sys, {}, V2(0, 0), t[first] * 1.000001, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::ok);
+        REQUIRE(r.events.size() == 3);
+        CHECK(r.events[1].kind == exit_sliding);
+        CHECK(r.events[1].surface == first);
+        CHECK(r.events[1].t == Approx(t[first]).epsilon(1e-11));
+        CHECK(r.events[1].mode_after[first] == (rate[first] > 0 ? 1 : -1));
+        CHECK(r.events[1].mode_after[1 - first] == 0);
+    }
+}
+
+TEMPLATE_TEST_CASE("H18: where an intersection ceases to attract the run stops", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const auto r = follow<TestType>(Loosening{}, {}, Vec<double, 3>(0, 0, 0), 3, bounded<3>(1e-9));
+    CHECK(r.result.status == Status::ambiguous);
+    CHECK(r.result.t == Approx(1).epsilon(1e-9));
+    CHECK(r.result.mode == Mode<2>{{0, 0}});
+}
+
 TEMPLATE_TEST_CASE("H19: one surface given twice is said to be", "[hard]", DormandPrince5,
                    DormandPrince8) {
     for (const double factor : {1.0, -1.0, 1e9}) {
@@ -266,6 +477,19 @@ TEMPLATE_TEST_CASE("H43: a repelling intersection is not rested on in silence", 
     CHECK(r.result.x.norm() > 0.1);
 }
 
+TEMPLATE_TEST_CASE("H43: backwards in time what repels attracts", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const models::SignPlane sys;
+    const auto back = [&](double a, double b, double c, double d) {
+        return run<TestType>(sys, {a, b, c, d}, V2(0, 0), 0, -1, bounded<2>(1e-9)).result;
+    };
+    const auto kept = back(1, 2, -2, 1);
+    CHECK(kept.status == Status::ok);
+    CHECK(kept.x.cwiseAbs().maxCoeff() == 0);
+    CHECK(kept.t == -1);
+    CHECK(back(-1, 2, -2, -1).status == Status::ambiguous);
+}
+
 TEMPLATE_TEST_CASE("H43: a saddle between two winners is not unique, and policies choose", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const models::GeneSwitch genes;
@@ -298,6 +522,30 @@ TEMPLATE_TEST_CASE("H30: a jump onto another surface is judged again, at most a 
     CHECK(r.result.status == Status::jump_cascade);
     CHECK(r.result.t == Approx(1).epsilon(1e-9));
     CHECK(r.result.counters.events <= 101);
+}
+
+TEMPLATE_TEST_CASE("H30: a reset while sliding on another surface", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const auto r = follow<TestType>(SlideReset{}, {}, V2(0, 0), 5, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "jump jump jump jump");
+    for (int k = 1; k <= 4; ++k)
+        CHECK(r.events[std::size_t(k)].t == Approx(k / 0.94).epsilon(1e-12));
+    CHECK(r.result.x[0] == Approx(5 * 0.94 - 4).epsilon(1e-9));
+    CHECK(r.result.x[1] == 0);
+    CHECK(r.result.mode == Mode<2>{{0, 1}});
+}
+
+TEMPLATE_TEST_CASE("H30: a jump in the last instant has happened", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const auto r =
+        follow<TestType>(models::BouncingBall{}, {2, 0.5}, V2(1, 0), 1, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.t == 1);
+    REQUIRE(word(r) == "jump");
+    CHECK(r.events[1].t == Approx(1).epsilon(1e-15));
+    CHECK(r.result.x[1] == Approx(1).epsilon(1e-15));
+    CHECK(r.events.back().x_left == r.result.x);
 }
 
 TEMPLATE_TEST_CASE("H30: a jump that leads nowhere is refused with its reason", "[hard]",

@@ -101,6 +101,72 @@ TEST_CASE("variation: through slides on one and two of two surfaces", "[variatio
     CHECK(two.slope.block<1, 4>(3, 0).cwiseAbs().maxCoeff() == 0);
 }
 
+TEST_CASE("variation: starts on an intersection fall onto it with all their neighbours",
+          "[variation]") {
+    const models::BeltChain<2> chain;
+    const auto p = default_params<models::BeltChain<2>>();
+    const double V = p[0];
+    // both stick to the belt
+    check_differences(chain, p, Vec<double, 4>(0.1, V, 0.2, V), 0.5, 1e-5);
+    check_differences(chain, p, Vec<double, 4>(0.1, V, 0.2, V), 6.0, 1e-5);
+}
+
+namespace {
+
+/// Slides on y = 0 up to x = 0, where the field in y turns up so much that it leaves both at once.
+struct LeaveBoth {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array<std::string_view, 1> params{"right"};
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 1>& p) const {
+        return {S(1), -s[1] + p[0] * (S(1) + s[0]) * S(0.5)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const {
+        return x;
+    }
+};
+
+/// Both of x and y fall to zero and are set to 1; z then becomes 2z, and z + 1 or 3z.
+struct Corner {
+    static constexpr int dim = 3;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump};
+    bool adds = false;
+    template <Scalar S> Vec<S, 3> f(const S&, const Vec<S, 3>&, const Vec<S, 0>&) const {
+        return {S(-1), S(-1), S(0)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 3>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1]};
+    }
+    template <Scalar S> Vec<S, 3> jump(int j, const S&, Vec<S, 3> x, const Vec<S, 0>&) const {
+        x[j] = S(1);
+        x[2] = j == 0 ? S(S(2) * x[2]) : adds ? S(x[2] + S(1)) : S(S(3) * x[2]);
+        return x;
+    }
+};
+
+} // namespace
+
+TEST_CASE("variation: two surfaces left at once by one event", "[variation]") {
+    // from (-1, 0.3): y = 0 at t = 0.3, x = 0 at t = 1, from there y' = right - 1
+    const Vec<double, 1> p(2.0);
+    check_differences(LeaveBoth{}, p, Vec<double, 2>(-1, 0.3), 2.0, 1e-6);
+    const auto r = vary(LeaveBoth{}, p, Vec<double, 2>(-1, 0.3), 2.0);
+    CHECK(r.mode == 4);
+    CHECK(r.slope(1, 0) == Approx(1).epsilon(1e-12)); // sooner there
+    CHECK(r.slope(1, 1) == 0);
+    CHECK(r.slope(1, 2) == Approx(1).epsilon(1e-12));
+}
+
+TEST_CASE("variation: at jumps of two surfaces at once the order must not matter", "[variation]") {
+    const auto free = vary(Corner{}, {}, Vec<double, 3>(1, 1, 1), 1.5);
+    CHECK_FALSE(free.singular);
+    CHECK(free.x[2] == 6);
+    CHECK(free.slope(2, 2) == 6);
+    CHECK(vary(Corner{true}, {}, Vec<double, 3>(1, 1, 1), 1.5).singular);
+}
+
 TEST_CASE("variation: through seventeen crossings of four surfaces to rest", "[variation]") {
     const models::TwoBlocks blocks;
     check_differences(blocks, default_params<models::TwoBlocks>(), Vec<double, 4>(-2, 0.1, 3, -0.1),

@@ -399,9 +399,8 @@ private:
         for (int j = 0; j < M; ++j) {
             if (!is_kind<Sys>(j, SurfaceKind::jump) || mode[j] == 0)
                 continue;
-            if (contacts.contains(j)
-                    ? normal_motion(sys_, mode, j, t, x, p_, segment_.direction()) < 0
-                    : mode[j] < 0)
+            if (contacts.contains(j) ? is_thrown(sys_, mode, j, t, x, p_, segment_.direction())
+                                     : mode[j] < 0)
                 return j;
         }
         return -1;

@@ -7,14 +7,11 @@
 
 namespace filippov {
 
-/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
-/// -1 against it, 0 at rest. Its field is that of `mode`, which may slide on other surfaces. At
-/// rest is what would fly or fall no higher than rounding of h, or no longer than some units of the
-/// last place of t.
+/// h_j' and h_j'' of a surface with jumps where the solution is free of all such surfaces; `mode`
+/// may slide on others.
 template <class Sys, class S>
-int normal_motion(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
-                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
-    using std::abs;
+std::array<S, 2> free_rates(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                            const State<Sys, S>& x, const Params<Sys, S>& p) {
     for (int k = 0; k < surfaces_v<Sys>; ++k) // free of this one and of others like it
         if (is_kind<Sys>(k, SurfaceKind::jump))
             mode.set(k, +1);
@@ -24,12 +21,41 @@ int normal_motion(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
     const auto h = [&](const auto& time, const auto& y, const auto& q) {
         return switching(sys, time, y, q)[j];
     };
-    const auto rate = lie_derivatives<2>(field, h, t, x, p);
+    return lie_derivatives<2>(field, h, t, x, p);
+}
+
+/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
+/// -1 against it, 0 at rest. At rest is what would fly or fall no higher than rounding of h, or no
+/// longer than some units of the last place of t.
+template <class Sys, class S>
+int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    using std::abs;
+    const auto rate = free_rates(sys, mode, j, t, x, p);
     const S band = rounding_band(sys, j, t, x, p);
     if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band ||
         S(2) * abs(rate[0]) <= S(64) * ulp(t) * abs(rate[1]))
         return 0;
     return S(direction) * rate[0] > S(0) ? 1 : -1;
+}
+
+/// True if the jump at surface j throws away what is at rest there: then there is no contact.
+template <class Sys, class S>
+bool throws_from_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                      const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const State<Sys, S> y = sys.jump(j, t, x, p);
+    return !(y == x) && (switching(sys, t, y, p)[j] > rounding_band(sys, j, t, y, p) ||
+                         normal_motion(sys, mode, j, t, y, p, 1) > 0);
+}
+/// True if surface j throws the state: it moves against it, or is at rest and accelerated against
+/// a surface that throws it away.
+template <class Sys, class S>
+bool is_thrown(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+               const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    const int motion = normal_motion(sys, mode, j, t, x, p, direction);
+    return motion < 0 ||
+           (motion == 0 && direction > 0 && free_rates(sys, mode, j, t, x, p)[1] < S(0) &&
+            throws_from_rest(sys, mode, j, t, x, p));
 }
 
 namespace detail {
@@ -103,7 +129,8 @@ private:
             return false;
         if constexpr (has_jumps_v<Sys>)
             if (is_kind<Sys>(j, SurfaceKind::jump))
-                return normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction) == 0;
+                return normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction) == 0 &&
+                       !(arrival_.direction > 0 && throws_from_rest(sys_, mode_, j, t_, x_, p_));
         return true;
     }
 

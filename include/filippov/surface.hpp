@@ -240,7 +240,7 @@ template <class Sys, class S> struct Gradients {
     std::array<State<Sys, S>, std::size_t(C)> g;
     std::array<S, std::size_t(C)> length;
     Mat<S, C, C> cosine;
-    Real<S> unit{}; ///< the largest scale, in units of which the others are taken
+    Vec<Real<S>, dim_v<Sys>> weight; ///< squares of the scales, in units of the largest
 };
 template <class Sys, class S, class R>
 Gradients<Sys, S> gradients(const Sys& sys, const Constraints<Sys>& on, const S& t,
@@ -248,17 +248,21 @@ Gradients<Sys, S> gradients(const Sys& sys, const Constraints<Sys>& on, const S&
                             const Vec<R, dim_v<Sys>>& scale) {
     using std::sqrt;
     Gradients<Sys, S> r;
-    R largest(0); // squares of tiny scales underflow
+    R largest(0);
     for (int i = 0; i < dim_v<Sys>; ++i)
         largest = std::max(largest, scale[i]);
-    const auto share = [&](int i) { return scale[i] / largest; };
+    // Squares of tiny scales underflow, beside others too.
+    const R least = sqrt(sqrt(std::numeric_limits<R>::min()));
+    for (int i = 0; i < dim_v<Sys>; ++i) {
+        const R share = std::max(R(scale[i] / largest), least);
+        r.weight[i] = share * share;
+    }
     const auto product = [&](int a, int b) {
         S sum(0);
         for (int i = 0; i < dim_v<Sys>; ++i)
-            sum += r.g[std::size_t(a)][i] * r.g[std::size_t(b)][i] * (share(i) * share(i));
+            sum += r.g[std::size_t(a)][i] * r.g[std::size_t(b)][i] * r.weight[i];
         return sum;
     };
-    r.unit = largest;
     for (int a = 0; a < on.size(); ++a) {
         r.g[std::size_t(a)] = on.gradient(sys, a, t, x, p);
         r.length[std::size_t(a)] = sqrt(product(a, a));
@@ -297,16 +301,15 @@ FILIPPOV_NOINLINE State<Sys, S> toward_all(const Sys& sys, const Constraints<Sys
     if (on.size() == 1)
         return toward_surface(sys, on.surface(0), t, x, p, scale);
     const auto gradients = detail::gradients(sys, on, t, x, p, scale);
-    Vec<S, Constraints<Sys>::capacity> weight;
+    Vec<S, Constraints<Sys>::capacity> share;
     for (int a = 0; a < on.size(); ++a)
-        weight[a] = on.value(sys, a, t, x, p) / gradients.length[std::size_t(a)];
-    eliminate(gradients.cosine, weight, on.size());
+        share[a] = on.value(sys, a, t, x, p) / gradients.length[std::size_t(a)];
+    eliminate(gradients.cosine, share, on.size());
     State<Sys, S> y = x;
     for (int a = 0; a < on.size(); ++a)
         for (int i = 0; i < dim_v<Sys>; ++i)
-            y[i] -= gradients.g[std::size_t(a)][i] *
-                    ((scale[i] / gradients.unit) * (scale[i] / gradients.unit)) *
-                    (weight[a] / gradients.length[std::size_t(a)]);
+            y[i] -= gradients.g[std::size_t(a)][i] * gradients.weight[i] *
+                    (share[a] / gradients.length[std::size_t(a)]);
     return y;
 }
 

@@ -216,42 +216,43 @@ private:
     void pass(const Clock<R>& clock, const Mode<M>& after) {
         if constexpr (M == 1) {
             if (mode_ != after)
-                pass(clock, 0, after[0]);
+                pass(clock, 0, after);
         } else {
             // What has not reached an event of its own follows the first that has.
-            Mode<M> with = mode_;
-            int own = 0;
+            std::array<bool, std::size_t(M)> own{};
+            int events = 0;
             for (int j = 0; j < M; ++j)
-                if (mode_[j] != after[j]) {
-                    if (met(clock, j, after[j]))
-                        ++own;
-                    else
-                        with.set(j, after[j]);
+                if (mode_[j] != after[j] && met(clock, j, after[j])) {
+                    own[std::size_t(j)] = true;
+                    ++events;
                 }
+            const auto pass_own = [&](int j) {
+                if (!own[std::size_t(j)])
+                    return;
+                Mode<M> with = mode_;
+                for (int k = 0; k < M; ++k)
+                    if (!own[std::size_t(k)] || k == j)
+                        with.set(k, after[k]);
+                pass(clock, j, with);
+            };
             const X x = x_;
             const Mode<M> before = mode_;
             for (int j = M - 1; j >= 0; --j)
-                pass_with(clock, j, after, with);
+                pass_own(j);
             const X backwards = x_;
             x_ = x;
             mode_ = before;
             for (int j = 0; j < M; ++j)
-                pass_with(clock, j, after, with);
-            for (int j = 0; j < M; ++j) // none had
-                if (mode_[j] != after[j])
-                    pass(clock, j, after[j]);
-            if (own > 1 && !agree(x_, backwards))
+                pass_own(j);
+            if (events > 1 && !agree(x_, backwards))
                 singular_ = true;
+            for (int j = 0; j < M; ++j) // none had
+                if (mode_[j] != after[j]) {
+                    Mode<M> with = mode_;
+                    with.set(j, after[j]);
+                    pass(clock, j, with);
+                }
         }
-    }
-    /// Passes surface j if it changes by an event of its own; others change with the first.
-    void pass_with(const Clock<R>& clock, int j, const Mode<M>& after, const Mode<M>& with) {
-        if (mode_[j] == after[j] || with[j] != mode_[j])
-            return;
-        followers_ = with;
-        follow_ = true;
-        pass(clock, j, after[j]);
-        follow_ = false;
     }
     /// True if surface j is where it changes: on h = 0, or in a slide at the end that it leaves by.
     bool met(const Clock<R>& clock, int j, int side) const {
@@ -276,13 +277,12 @@ private:
             }
         return difference <= R(1e-6) * largest;
     }
-    void pass(const Clock<R>& clock, int j, int side) {
+    /// Changes to the mode `after` where surface j is met or left.
+    void pass(const Clock<R>& clock, int j, const Mode<M>& after) {
+        const int side = after[j];
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0) {
-                Mode<M> after = mode_;
-                after.set(j, 0);
+            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0)
                 return settle(clock, after);
-            }
         const bool slid = mode_[j] == 0;
         const auto guard = [&](const auto& t, const auto& x, const auto& p) {
             using S = std::remove_cvref_t<decltype(t)>;
@@ -296,12 +296,7 @@ private:
         const D delay = delay_of(clock, guard), t = time_at(clock);
         const X x = shifted(x_, t, delay, mode_);
         last_.before = mode_;
-        mode_.set(j, side);
-        if (follow_)
-            for (int k = 0; k < M; ++k)
-                if (followers_[k] != last_.before[k])
-                    mode_.set(k, followers_[k]);
-        last_.after = mode_;
+        mode_ = last_.after = after;
         last_.surface = j;
         last_.t = D(clock.absolute()) + delay;
         last_.x = on_surface(x, t + delay, mode_);
@@ -440,8 +435,6 @@ private:
     RungeKutta<Tableau, D, N> rk_;
     bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
     Passage<D, N, M> last_{};
-    Mode<M> followers_{}; ///< modes after an event, of surfaces that change with another
-    bool follow_ = false;
     Clock<R> jump_clock_{}; ///< of the last jump, the surface it was at, and the state before it
     int jump_surface_ = -1;
     Vec<R, N> before_jump_ = Vec<R, N>::Zero();

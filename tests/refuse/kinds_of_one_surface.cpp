@@ -1,0 +1,19 @@
+// expect: `kinds` needs one entry for each of the system's `surfaces`
+#include <filippov/flow.hpp>
+
+template <class S, int N> using Vec = filippov::Vec<S, N>;
+
+struct KindsOfOneSurface {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{filippov::SurfaceKind::switching};
+    template <class S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {-s[0], -s[1]};
+    }
+    template <class S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
+int main() { filippov::require_system<KindsOfOneSurface>(); }
