@@ -9,6 +9,7 @@
 #include <filippov/dormand_prince8.hpp>
 #include <filippov/variation.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -38,15 +39,45 @@ struct Directions {
     const Vector* v = nullptr;         ///< direction of a second derivative, shape (dim + 4,)
 };
 
+/// Entry j of the mode with this code, see Mode::code.
+constexpr int mode_entry(int code, int j) {
+    for (; j > 0; --j)
+        code = (code - ((code % 3 + 4) % 3 - 1)) / 3;
+    return (code % 3 + 4) % 3 - 1;
+}
+/// The mode with this code.
+template <int M> Mode<M> mode_of(int code) {
+    Mode<M> mode;
+    for (int j = 0; j < M; ++j)
+        mode.set(j, mode_entry(code, j));
+    return mode;
+}
+/// How many surfaces it slides on.
+constexpr int slid_on(int code, int surfaces) {
+    int n = 0;
+    for (int j = 0; j < surfaces; ++j)
+        n += mode_entry(code, j) == 0;
+    return n;
+}
+/// Its entries as characters `-`, `0` and `+`.
+inline std::string mode_text(int code, int surfaces) {
+    std::string text;
+    for (int j = 0; j < surfaces; ++j)
+        text += "-0+"[mode_entry(code, j) + 1];
+    return text;
+}
+
 /// A scalar function of a point, with its derivatives along a flow.
 struct Quantity {
     enum class Kind : unsigned char {
-        h,      ///< the switching function, along the field of side `side`
-        margin, ///< s_max + s (side -1) or s_max - s (side +1), along the sliding field
+        h,      ///< the switching function, along the field of mode `side`
+        margin, ///< s_max + s (side -1) or s_max - s (side +1), along the field of mode `slide`
     };
     Kind kind = Kind::h;
     int side = -1;
-    int order = 0; ///< which derivative along the flow, time included; 0 to 3
+    int order = 0;   ///< which derivative along the flow, time included; 0 to 3
+    int surface = 0; ///< whose h, or s
+    int slide = 0;   ///< mode that s belongs to; 0: all surfaces are slid on
 };
 
 /// An event of a run.
@@ -56,6 +87,8 @@ struct Happening {
     Vector x;
     int before = 0, after = 0; ///< modes
     double s = 0;
+    int surface = 0;       ///< that was hit or left
+    unsigned contacts = 0; ///< surfaces that the point is on: bit j for surface j
 };
 
 /// A run with its events.
@@ -65,6 +98,7 @@ struct History {
     double t = 0; ///< at the end
     Vector x;
     int mode = 0;
+    int surfaces = 1;
     std::vector<Happening> events; ///< changes of mode, grazings and extrema
     Counters counters{};
 };
@@ -83,8 +117,11 @@ struct Journey {
     Status status = Status::ok; ///< `event` if an event ended it
     std::string message;
     Jet end;               ///< (x, t) at the end, m = dim + 1; NaN slopes where singular
-    std::string word;      ///< the modes passed through, as `-`, `0` and `+`
+    std::string word;      ///< the modes passed through, as `-`, `0` and `+`; see mode_text
     int slides = 0;        ///< how many of them slide
+    int first = 0;         ///< the first of them
+    int last = 0;          ///< the last of them
+    int lost = 0;          ///< directions that the tangent space has lost, at least
     bool singular = false; ///< an event was tangential within the tolerance
 };
 
@@ -112,7 +149,8 @@ struct Precision {
     std::function<bool()> interrupted{};
 };
 
-/// See the top of the file. Modes are -1, +1 and 0 (sliding) of the one surface.
+/// See the top of the file. Modes are given by their codes, see Mode::code: for one surface -1, +1
+/// and 0 (sliding).
 class AnySystem {
 public:
     virtual ~AnySystem() = default;
@@ -121,6 +159,9 @@ public:
     AnySystem& operator=(const AnySystem&) = delete;
 
     virtual int dim() const = 0;
+    /// What each surface is.
+    virtual std::vector<SurfaceKind> kinds() const = 0;
+    int surfaces() const { return int(kinds().size()); }
     virtual std::vector<std::string> params() const = 0;
     virtual Vector defaults() const = 0;
     /// True if the fields repeat with a period.
@@ -144,11 +185,12 @@ public:
                     const Directions& along) const = 0;
     /// (h(t1) - sum_k<order h^(k) tau^k/k!) / tau^order along the field of a side, tau = t1 - t0,
     /// by its Taylor series at t0: what is left of h when its roots at the start are divided out;
-    /// m = 1. No value if tau is too long for the series to be exact to rounding, nor second
-    /// derivatives.
+    /// m = 1. No value if tau is too long for the series to be exact to rounding, for second
+    /// derivatives, nor with several surfaces.
     virtual std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
                                     const Vector& p, const Directions& along) const = 0;
     /// Interior minima along a forced mode: of |h| off the surface, of 1 + s and 1 - s on it.
+    /// (Of a system with one surface.)
     virtual std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
                                       const Vector& p) const = 0;
     /// The solution from x at t0 to t_end.
@@ -164,13 +206,26 @@ public:
 
 namespace detail {
 
+/// @error std::invalid_argument for anything but one surface at which only the field jumps
+inline void require_one_surface(const AnySystem& system) {
+    if (system.surfaces() != 1)
+        refuse("surfaces", system.surfaces(), "expected 1");
+    if (system.kinds()[0] != SurfaceKind::switching)
+        throw std::invalid_argument("filippov: kinds: expected one switching surface");
+}
+/// @error std::invalid_argument for a system whose state jumps
+inline void refuse_jumps(const AnySystem& system) {
+    const auto kinds = system.kinds();
+    if (std::find(kinds.begin(), kinds.end(), SurfaceKind::jump) != kinds.end())
+        throw std::invalid_argument("filippov: kinds: expected no jumps of the state");
+}
+
 /// Taylor series long enough for short arcs.
 inline constexpr int rise_order = 9;
 
 template <class Sys, class Tableau> class ErasedSystem final : public AnySystem {
-    static_assert(surfaces_v<Sys> == 1,
-                  "filippov: the analysis of orbits is for systems with one surface");
     static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
     static constexpr int P = params_v<Sys>;
     /// Directions of the duals: of a flow (x, a, b), of a point (x, t, a, b). Those of a flow's
     /// times are known without.
@@ -188,6 +243,9 @@ public:
     }
 
     int dim() const override { return N; }
+    std::vector<SurfaceKind> kinds() const override {
+        return {kinds_v<Sys>.begin(), kinds_v<Sys>.end()};
+    }
     std::vector<std::string> params() const override {
         if constexpr (P > 0)
             return {Sys::params.begin(), Sys::params.end()};
@@ -245,11 +303,9 @@ public:
         if (!finite(t0, x, t1, p))
             return nowhere();
         return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
-            Mode<1> m;
-            m.set(0, mode);
-            const auto r = segment<Tableau>(sys_, params_of<D>(p, along), m, state_of<D>(x, along),
-                                            moving<D>(t0, N, along), moving<D>(t1, N + 1, along),
-                                            settings_, interrupted_);
+            const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_of<M>(mode),
+                                            state_of<D>(x, along), moving<D>(t0, N, along),
+                                            moving<D>(t1, N + 1, along), settings_, interrupted_);
             add(r.run.counters);
             Jet result = jet(r.x, along);
             result.status = r.run.status;
@@ -261,65 +317,34 @@ public:
 
     std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
                             const Vector& p, const Directions& along) const override {
-        const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(), local(t0, p), X(x),
-                                                       Vec<double, P>(p));
-        const double tau = std::abs(t1 - t0);
-        // The last two terms stand for the remainder.
-        double largest = 0, last = 0, factor = 1;
-        for (int k = 1; k <= rise_order; ++k) {
-            factor *= k > order ? tau / k : 1.0 / k;
-            if (k < order)
-                continue;
-            const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
-            largest = std::max(largest, term);
-            if (k >= rise_order - 1)
-                last = std::max(last, term);
-        }
-        if (along.v != nullptr || !(last <= 1e-16 * largest))
+        if constexpr (M == 1)
+            return rise_of_one(side, order, t0, x, t1, p, along);
+        else
             return std::nullopt;
-        using D = Dual<double, point_directions>;
-        const auto c = lie_derivatives<rise_order>(field_of(side), h_of(), time_of<D>(t0, along),
-                                                   state_of<D>(x, along), params_of<D>(p, along));
-        // the sum over k >= order of c_k tau^(k - order)/k!, and its derivative
-        D sum(0.0);
-        double slope = 0, power = 1, power_before = 0, factorial = 1;
-        for (int k = 1; k <= rise_order; ++k) {
-            factorial *= k;
-            if (k < order)
-                continue;
-            const D& term = c[std::size_t(k - 1)];
-            sum += term * (power / factorial);
-            slope += term.v * ((k - order) * power_before / factorial);
-            power_before = power;
-            power *= t1 - t0;
-        }
-        Jet result = jet(Vec<D, 1>(sum), along);
-        result.slope(0, N) -= slope;
-        result.slope(0, N + 1) = slope;
-        return result;
     }
 
     std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
                               const Vector& p) const override {
+        if (!single_v<Sys>)
+            throw std::logic_error("filippov: minima of a segment are for one surface");
         if (!finite(t0, x, t1, p))
             return {};
-        Mode<1> m;
-        m.set(0, mode);
+        const Mode<M> m = mode_of<M>(mode);
         const Vec<double, P> q(p);
         std::vector<Sample> samples;
         const auto keep = [&](const Clock<double>& clock, double dt, const X& y) {
             const double t = clock.local + dt;
             Sample sample{clock.absolute() + dt, y, {0, 0}};
             if (mode != 0) {
-                sample.value[0] = mode * sys_.h(t, y, q);
+                sample.value[0] = mode * switching(sys_, t, y, q)[0];
             } else {
-                const auto margin = sliding_margin(sys_, m, t, y, q);
+                const auto margin = sliding_margin(sys_, m, 0, t, y, q);
                 const double beyond = filippov::s_max(sys_, q) - 1;
                 sample.value = {margin.below + beyond, margin.above + beyond};
             }
             samples.push_back(sample);
         };
-        Listener<double, N, 1> listener;
+        Listener<double, N, M> listener;
         listener.stop = interrupted_;
         listener.step = [&](const auto& step, const auto& path) {
             if (samples.empty())
@@ -350,10 +375,10 @@ public:
 
     History run(double t0, const Vector& x, double t_end, const Vector& p) const override {
         History history;
-        Listener<double, N, 1> listener;
+        Listener<double, N, M> listener;
         listener.stop = interrupted_;
         listener.step = [](const auto&, const auto&) {};
-        listener.event = [&](const Event<double, N, 1>& e) {
+        listener.event = [&](const Event<double, N, M>& e) {
             if (e.kind != EventKind::start && e.kind != EventKind::end)
                 history.events.push_back(happening(e));
         };
@@ -363,7 +388,8 @@ public:
         history.message = r.message();
         history.t = r.t;
         history.x = r.x;
-        history.mode = r.mode[0];
+        history.mode = r.mode.code();
+        history.surfaces = M;
         history.counters = r.counters;
         return history;
     }
@@ -372,9 +398,9 @@ public:
         using D = Dual<double, flow_directions>;
         Journey journey;
         Traveller traveller{*this, leg, journey};
-        KnownStart<1> known;
+        KnownStart<M> known;
         if (leg.boundary != 0)
-            known.guard = leg.boundary < 0 ? Guard<1>::below(0) : Guard<1>::above(0);
+            known.guard = leg.boundary < 0 ? Guard<M>::below(0) : Guard<M>::above(0);
         const auto r =
             flow<Tableau>(sys_, params_of<D>(p, along), state_of<D>(leg.x, along), D(leg.t0),
                           D(leg.t_end), settings_, traveller, Sections<>{}, known);
@@ -390,10 +416,9 @@ public:
         journey.end.status = r.run.status;
         if (journey.word.empty())
             return journey;
-        const int first = journey.word[0] == '-' ? -1 : journey.word[0] == '+' ? 1 : 0;
-        depend_on_start_time(first, leg.t0, leg.x, p, along, journey.end);
+        depend_on_start_time(journey.first, leg.t0, leg.x, p, along, journey.end);
         if (r.run.status == Status::ok) {
-            depend_on_end_time(r.run.mode[0], leg.t_end, r.x, p, along, journey.end);
+            depend_on_end_time(r.run.mode.code(), leg.t_end, r.x, p, along, journey.end);
             journey.end.slope(N, N + 1) = 1;
         }
         return journey;
@@ -410,20 +435,34 @@ private:
         const Leg& leg;
         Journey& journey;
 
-        void on_event(const Event<double, N, 1>& e) {
+        void on_event(const Event<double, N, M>& e) {
             if (e.kind == EventKind::end)
                 return;
             if (e.kind != EventKind::start && e.mode_before == e.mode_after)
                 return;
-            const int mode = e.mode_after[0];
-            journey.word += mode < 0 ? '-' : mode > 0 ? '+' : '0';
-            journey.slides += mode == 0;
+            if (journey.word.empty())
+                journey.first = e.mode_after.code();
+            else if (M > 1)
+                journey.word += ' ';
+            journey.last = e.mode_after.code();
+            journey.word += mode_text(journey.last, M);
+            journey.slides += e.mode_after.sliding() > 0;
+            journey.lost = std::max(journey.lost, lost_in(e.mode_after));
         }
-        bool ends_at(const Event<double, N, 1>& e) { return leg.ends && leg.ends(happening(e)); }
+        /// Sliding leaves the directions of the surface, contact also fixes the speed.
+        static int lost_in(const Mode<M>& mode) {
+            int lost = 0;
+            for (int j = 0; j < M; ++j)
+                if (mode[j] == 0)
+                    lost += is_kind<Sys>(j, SurfaceKind::jump) ? 2 : 1;
+            return std::min(lost, N);
+        }
+        bool ends_at(const Event<double, N, M>& e) { return leg.ends && leg.ends(happening(e)); }
         bool interrupted() { return system.interrupted(); }
     };
-    static Happening happening(const Event<double, N, 1>& e) {
-        return {e.kind, e.t, e.x_left, e.mode_before[0], e.mode_after[0], e.s};
+    static Happening happening(const Event<double, N, M>& e) {
+        return {e.kind, e.t,       e.x_left,  e.mode_before.code(), e.mode_after.code(),
+                e.s,    e.surface, e.contacts};
     }
     /// An iteration may go anywhere; a run that cannot begin is a status like any other.
     static bool finite(double t0, const Vector& x, double t1, const Vector& p) {
@@ -433,6 +472,45 @@ private:
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
         return {Vector::Constant(N, nan), Matrix::Constant(N, N + 4, nan),
                 Matrix::Constant(N, N + 4, nan), Status::not_finite};
+    }
+    std::optional<Jet> rise_of_one(int side, int order, double t0, const Vector& x, double t1,
+                                   const Vector& p, const Directions& along) const {
+        const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p), X(x),
+                                                       Vec<double, P>(p));
+        const double tau = std::abs(t1 - t0);
+        // The last two terms stand for the remainder.
+        double largest = 0, last = 0, factor = 1;
+        for (int k = 1; k <= rise_order; ++k) {
+            factor *= k > order ? tau / k : 1.0 / k;
+            if (k < order)
+                continue;
+            const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
+            largest = std::max(largest, term);
+            if (k >= rise_order - 1)
+                last = std::max(last, term);
+        }
+        if (along.v != nullptr || !(last <= 1e-16 * largest))
+            return std::nullopt;
+        using D = Dual<double, point_directions>;
+        const auto c = lie_derivatives<rise_order>(field_of(side), h_of(0), time_of<D>(t0, along),
+                                                   state_of<D>(x, along), params_of<D>(p, along));
+        // the sum over k >= order of c_k tau^(k - order)/k!, and its derivative
+        D sum(0.0);
+        double slope = 0, power = 1, power_before = 0, factorial = 1;
+        for (int k = 1; k <= rise_order; ++k) {
+            factorial *= k;
+            if (k < order)
+                continue;
+            const D& term = c[std::size_t(k - 1)];
+            sum += term * (power / factorial);
+            slope += term.v * ((k - order) * power_before / factorial);
+            power_before = power;
+            power *= t1 - t0;
+        }
+        Jet result = jet(Vec<D, 1>(sum), along);
+        result.slope(0, N) -= slope;
+        result.slope(0, N + 1) = slope;
+        return result;
     }
     /// A point of a forced segment.
     struct Sample {
@@ -473,32 +551,38 @@ private:
     }
 
     auto field_of(int mode) const {
-        return [this, mode](const auto& t, const auto& x, const auto& p) {
-            Mode<1> m;
-            m.set(0, mode);
-            return mode == 0 ? sliding(sys_, m, t, x, p).f : side_field(sys_, m, t, x, p);
+        return [this, m = mode_of<M>(mode)](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, m, t, x, p);
         };
     }
-    auto h_of() const {
-        return [this](const auto& t, const auto& x, const auto& p) { return sys_.h(t, x, p); };
+    auto h_of(int surface) const {
+        return [this, surface](const auto& t, const auto& x, const auto& p) {
+            using S = std::remove_cvref_t<decltype(t)>;
+            return S(switching(sys_, t, x, p)[surface]);
+        };
     }
     template <class D>
     D quantity_of(const Quantity& q, const D& t, const Vec<D, N>& x, const Vec<D, P>& p) const {
+        const Mode<M> slide = mode_of<M>(q.slide);
         const auto margin = [&](const auto& time, const auto& y, const auto& r) {
             using S = std::remove_cvref_t<decltype(time)>;
-            const auto m = sliding_margin(sys_, Mode<1>{}, time, y, r);
+            const auto m = sliding_margin(sys_, slide, q.surface, time, y, r);
             return S((q.side < 0 ? m.below : m.above) + (filippov::s_max(sys_, r) - S(1)));
         };
         const bool is_h = q.kind == Quantity::Kind::h;
-        if (q.order == 0)
-            return is_h ? D(sys_.h(t, x, p)) : D(margin(t, x, p));
-        // Curves of folds and flips, which want second derivatives, have conditions of order 1.
-        constexpr int highest = nesting_v<D> == 2 ? 1 : 3;
+        // Curves of folds and flips, which want second derivatives, have conditions of order 1;
+        // orbits of several surfaces have conditions of order 0.
+        constexpr int highest = !single_v<Sys> ? 0 : nesting_v<D> == 2 ? 1 : 3;
         if (q.order > highest)
-            throw std::logic_error("filippov: no second derivatives of this quantity");
-        const auto all = is_h ? lie_derivatives<highest>(field_of(q.side), h_of(), t, x, p)
-                              : lie_derivatives<highest>(field_of(0), margin, t, x, p);
-        return all[std::size_t(q.order - 1)];
+            throw std::logic_error("filippov: no derivatives of this quantity");
+        if constexpr (highest > 0)
+            if (q.order > 0) {
+                const auto all =
+                    is_h ? lie_derivatives<highest>(field_of(q.side), h_of(q.surface), t, x, p)
+                         : lie_derivatives<highest>(field_of(q.slide), margin, t, x, p);
+                return all[std::size_t(q.order - 1)];
+            }
+        return is_h ? D(h_of(q.surface)(t, x, p)) : D(margin(t, x, p));
     }
 
     // --- seeds and jets ------------------------------------------------------------------------
@@ -506,7 +590,10 @@ private:
     template <int Count, class Use> Jet with_scalar(const Directions& along, Use use) const {
         if (along.v == nullptr)
             return use(static_cast<const Dual<double, Count>*>(nullptr));
-        return use(static_cast<const Dual<Dual<double, 1>, Count>*>(nullptr));
+        if constexpr (single_v<Sys>)
+            return use(static_cast<const Dual<Dual<double, 1>, Count>*>(nullptr));
+        else
+            throw std::logic_error("filippov: second derivatives are for one surface");
     }
     /// The column of a jet that direction i of a dual belongs to.
     template <class D> static constexpr int column(int i) {
@@ -614,7 +701,7 @@ private:
 
 } // namespace detail
 
-/// Forgets the type of a system with one surface.
+/// Forgets the type of a system.
 template <class Tableau = DormandPrince8, class Sys>
 std::shared_ptr<const AnySystem> any_system(const Sys& sys, const Precision& precision = {}) {
     require_system<Sys>();

@@ -191,7 +191,8 @@ inline SpecialPoint special_point(const AnySystem& system, const SlidingConditio
 
 /// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
 /// the four.
-inline void refuse_static_friction(const AnySystem& system, const Vector& p) {
+inline void require_continuable(const AnySystem& system, const Vector& p) {
+    require_one_surface(system);
     if (const double limit = system.s_max(p); !(limit == 1))
         refuse("s_max", limit, "expected 1, no static friction");
 }
@@ -206,18 +207,20 @@ public:
         : system_(system), parameter_(parameter), low_(low), high_(high), settings_(settings) {}
 
     /// The branch through a solved cycle, in both directions.
-    /// @error std::invalid_argument for a system with static friction
+    /// @error std::invalid_argument unless there is one surface, a switching one without static
+    /// friction
     Branch trace(const Cycle& start) {
-        detail::refuse_static_friction(system_, start.p);
+        detail::require_continuable(system_, start.p);
         Branch backward, forward;
         both_ways(start, backward, forward);
         return detail::joined(backward, forward);
     }
     /// The branch through a bifurcation, that one among its special points: from one of the four
     /// sliding bifurcations the orbit with fewer segments goes one way, that with more the other.
-    /// @error std::invalid_argument for a system with static friction
+    /// @error std::invalid_argument unless there is one surface, a switching one without static
+    /// friction
     Branch trace(const SpecialPoint& start) {
-        detail::refuse_static_friction(system_, start.cycle.p);
+        detail::require_continuable(system_, start.cycle.p);
         if (start.kind > Kind::adding_sliding)
             return trace_smooth(start);
         SlidingCondition s{start.kind, start.cycle, start.node, start.side};

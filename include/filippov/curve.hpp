@@ -82,9 +82,10 @@ public:
     };
     const std::vector<Degenerate>& degenerate() const { return degenerate_; }
 
-    /// @error std::invalid_argument for a system with static friction
+    /// @error std::invalid_argument unless there is one surface, a switching one without static
+    /// friction
     Curve trace(const CurveStart& start) {
-        detail::refuse_static_friction(
+        detail::require_continuable(
             system_, (is_sliding(start.kind) ? start.condition.cycle : start.cycle).p);
         Branch forward, backward;
         run(start, +1, forward);

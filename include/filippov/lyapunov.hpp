@@ -154,8 +154,8 @@ private:
         x_ = j.end.value.head(d);
         move(settings_.stretch);
         const bool starts_sliding = slides_;
-        slides_ = j.word.back() == '0';
-        const int entered = j.slides - (starts_sliding && j.word.front() == '0');
+        slides_ = slid_on(j.last, surfaces_) > 0;
+        const int entered = j.slides - (starts_sliding && slid_on(j.first, surfaces_) > 0);
         if (growth != nullptr)
             result_.slides += entered;
         const Matrix M = j.end.slope.topLeftCorner(d, d);
@@ -163,10 +163,15 @@ private:
             result_.skipped += growth != nullptr;
             return true;
         }
-        // A slide leaves no more than the directions of the surface.
-        if (j.slides > 0 && Q_.cols() == d && d > 0)
-            Q_ = Q_.leftCols(d - 1).eval();
+        if (Q_.cols() > d - j.lost)
+            forget(M, d - j.lost);
         return orthonormalise(M * Q_, growth);
+    }
+    /// A slide leaves no more than the directions of the surface: those that M keeps.
+    void forget(const Matrix& M, Eigen::Index kept) {
+        const Eigen::ColPivHouseholderQR<Matrix> rows((M * Q_).transpose());
+        const Matrix all = rows.householderQ();
+        Q_ = (Q_ * all.leftCols(kept)).eval();
     }
     bool orthonormalise(const Matrix& V, std::vector<Vector>* growth) {
         if (V.cols() == 0) {
@@ -233,6 +238,7 @@ private:
     }
 
     const AnySystem& system_;
+    const int surfaces_ = system_.surfaces();
     const Vector& p_;
     const LyapunovSettings& settings_;
     Vector x_;

@@ -26,7 +26,7 @@ struct Mapped {
     Vector x;              ///< state there
     Matrix slope;          ///< d(x, t)/d(x0, t0), shape (dim + 1, dim + 1)
     Matrix param_slope;    ///< d(x, t)/d(a, b), the active parameters; shape (dim + 1, 2)
-    std::string word;      ///< modes passed through
+    std::string word;      ///< modes passed through, of several surfaces with spaces between
     int slides = 0;        ///< how many of them slide
     bool singular = false; ///< an event was tangential: no slopes, they are NaN
     bool ok() const { return status == Status::ok; }
@@ -112,12 +112,13 @@ struct SectionOf {
     /// cross, enter_sliding or exit_sliding. A neighbour of a solution that touches something does
     /// not touch it: such events make no map.
     EventKind kind = EventKind::exit_sliding;
-    int after = 2; ///< only those after which the mode is this one; 2: all
+    int after = 2;    ///< only those after which the surface's mode is this one; 2: all
+    int surface = -1; ///< only those of this surface; -1: all
 };
 
 namespace detail {
 
-inline void require_section(const SectionOf& section) {
+inline void require_section(const SectionOf& section, int surfaces) {
     const EventKind kind = section.kind;
     if (kind != EventKind::cross && kind != EventKind::enter_sliding &&
         kind != EventKind::exit_sliding)
@@ -125,6 +126,8 @@ inline void require_section(const SectionOf& section) {
                                     ": expected cross, enter_sliding or exit_sliding");
     if (section.after < -1 || section.after > 2)
         refuse("section.after", section.after, "expected -1, 0, +1, or 2 for all");
+    if (!(section.surface >= -1 && section.surface < surfaces))
+        refuse("section.surface", section.surface, "expected a surface, or -1 for all");
 }
 
 } // namespace detail
@@ -139,14 +142,15 @@ inline Mapped section_map(const AnySystem& system, const SectionOf& section, dou
     detail::require_point(system, t0, x0, p);
     detail::require_positive("iterate", iterate);
     detail::require_active(along, p);
-    detail::require_section(section);
+    detail::require_section(section, system.surfaces());
     if (!(max_time > 0 && max_time < std::numeric_limits<double>::infinity()))
         detail::refuse("max_time", max_time, "expected a finite number > 0");
     int left = iterate;
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * max_time};
     leg.ends = [&](const Happening& e) {
-        const bool counts =
-            e.kind == section.kind && (section.after == 2 || section.after == e.after);
+        const bool counts = e.kind == section.kind &&
+                            (section.surface < 0 || section.surface == e.surface) &&
+                            (section.after == 2 || section.after == mode_entry(e.after, e.surface));
         left -= counts;
         return counts && left == 0;
     };
@@ -268,6 +272,7 @@ private:
     using Curve = std::vector<Vector>;
 
     void validate() {
+        detail::require_one_surface(*system_);
         if (system_->dim() != 2)
             detail::refuse("dim", system_->dim(),
                            "expected 2: on the surface of a planar system a slide ends in points");

@@ -99,8 +99,8 @@ public:
         const double while_ = 1e-3 * std::abs(c.period);
         for (std::size_t i = 0; i < c.size(); ++i) {
             size = size.cwiseMax(c.x[i].cwiseAbs());
-            for (const int side : {-1, 1}) {
-                const Vector f = system_->field(side, c.t[i], c.x[i], c.p);
+            for (const int mode : modes_beside(c, i)) {
+                const Vector f = system_->field(mode, c.t[i], c.x[i], c.p);
                 if (f.allFinite())
                     size = size.cwiseMax(while_ * f.cwiseAbs());
             }
@@ -186,6 +186,12 @@ public:
     }
 
 private:
+    /// Modes whose fields are defined at node i.
+    static std::array<int, 2> modes_beside(const Cycle& c, std::size_t i) {
+        if (c.word.surfaces == 1)
+            return {-1, 1};
+        return {c.word[i + c.size() - 1].mode, c.word[i].mode};
+    }
     /// Time at the end of segment i in terms of the unknowns: column and how it depends on a, b.
     int end_column(std::size_t i) const {
         return i + 1 < start_.size() ? t_column(i + 1) : x_column(0) + dim_;
@@ -244,6 +250,8 @@ private:
     }
     /// How many roots h has where segment i starts, if it also ends on the surface.
     int roots_at_start(std::size_t i) const {
+        if (start_.word.surfaces > 1)
+            return 0;
         const Letter &letter = start_.word[i], &before = start_.word[i + start_.size() - 1];
         if (letter.mode == 0 || letter.until != Until::surface)
             return 0;
@@ -422,8 +430,9 @@ inline Matrix node_tangent(const AnySystem& system, const Cycle& c, std::size_t 
         normals.push_back(normal);
     } else {
         add(condition(before));
-        if (before.mode == 0)
-            add({Quantity::Kind::h, -1, 0});
+        for (int j = 0; j < c.word.surfaces; ++j)
+            if (mode_entry(before.mode, j) == 0)
+                add({Quantity::Kind::h, before.mode, 0, j});
     }
     Matrix C(Eigen::Index(normals.size()), m);
     for (std::size_t k = 0; k < normals.size(); ++k)
@@ -455,16 +464,19 @@ inline std::vector<std::complex<double>> sorted_multipliers(const AnySystem& sys
 /// Floquet multipliers of a solved cycle, dim of them, largest first.
 ///
 /// They are the eigenvalues of the return map of one node, taken where the node can vary. At the
-/// end of a slide that has one dimension less: the multiplier 0 is exact, and so is the 1 of an
-/// autonomous system.
+/// end of a slide that has a dimension less for each surface slid on: so many multipliers are 0
+/// exactly, and so is the 1 of an autonomous system.
 /// @param arcs  derivatives of the segments, if they are known: see Shooting::arcs_in
 inline std::vector<std::complex<double>> floquet(const AnySystem& system, const Cycle& c,
                                                  const std::vector<Jet>& arcs = {}) {
     const std::size_t n = c.size();
-    std::size_t first = 0; // the end of a slide, if there is one
+    std::size_t first = 0; // the end of a slide, if there is one, on most surfaces at once
+    int most = 1;
     for (std::size_t i = 0; i < n; ++i)
-        if (c.word[i].mode == 0)
+        if (const int slides = slid_on(c.word[i].mode, c.word.surfaces); slides >= most) {
             first = (i + 1) % n;
+            most = slides;
+        }
     const Matrix Q = detail::node_tangent(system, c, first);
     Matrix M = Q;
     const auto m = Q.rows(); // an autonomous system does not care for a deviation of time
@@ -559,6 +571,12 @@ inline void find_start(const AnySystem& system, Orbit& orbit) {
     Jet to_start;
     const Cycle whole = detail::cut(system, c, in, t, to_start);
     orbit.x_start = to_start.value;
+    if (c.word.surfaces > 1) {
+        const Journey turn =
+            system.journey({.t0 = t, .x = orbit.x_start, .t_end = t + c.period}, c.p, {});
+        orbit.monodromy = turn.end.slope.topLeftCorner(d, d);
+        return;
+    }
     // from the start to the end of its segment, round the cycle, and back to the start
     const Jet out = system.arc(mode, t, orbit.x_start, c.end(in), c.p, {});
     Matrix M = detail::node_map(system, whole, in + 1, out);
@@ -593,6 +611,7 @@ inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
 
 /// Newton on a cycle, then all that belongs to an orbit.
 inline Orbit solve_orbit(const AnySystem& system, Cycle cycle) {
+    detail::refuse_jumps(system);
     Orbit orbit;
     orbit.convergence = shoot(system, cycle);
     if (!orbit.convergence.ok() && !system.interrupted())
@@ -618,32 +637,63 @@ inline Orbit solve_orbit(const AnySystem& system, Cycle cycle) {
     return orbit;
 }
 
+namespace detail {
+
+/// True if one condition ends the mode: not where two surfaces are reached at once.
+inline bool one_condition(const Happening& e, int surfaces) {
+    if (surfaces == 1)
+        return true;
+    if (e.surface < 0 || mode_entry(e.before, e.surface) == mode_entry(e.after, e.surface))
+        return false;
+    for (int j = 0; j < surfaces; ++j)
+        if (const int before = mode_entry(e.before, j);
+            j != e.surface && before != 0 && before != mode_entry(e.after, j))
+            return false;
+    return true;
+}
+
+/// Changes of mode one after the other, as they are collected.
+struct Changes {
+    std::vector<int> modes, at;
+    void add(const Happening& e) {
+        modes.push_back(e.after);
+        at.push_back(std::max(e.surface, 0));
+    }
+    Word word(int surfaces) const { return Word::of(modes, at, surfaces); }
+};
+
+} // namespace detail
+
 /// The cycle that a run of `turns` forcing periods describes, closed or not; none if the modes at
-/// its ends differ or it has events and no change of mode fits.
+/// its ends differ, it has events and no change of mode fits, or several surfaces are reached at
+/// once.
 inline std::optional<Cycle> cycle_of(const History& run, double t0, const Vector& x0, int turns,
                                      const Vector& p) {
     Cycle c;
     c.turns = turns;
     c.p = p;
     c.period = run.t - t0;
-    std::vector<int> modes;
+    detail::Changes changes;
     for (const Happening& e : run.events)
         if (e.before != e.after) {
-            if (!modes.empty() && modes.back() != e.before)
+            if (!changes.modes.empty() && changes.modes.back() != e.before)
+                return std::nullopt;
+            if (!detail::one_condition(e, run.surfaces))
                 return std::nullopt;
             c.t.push_back(e.t);
             c.x.push_back(e.x);
-            modes.push_back(e.after);
+            changes.add(e);
         }
-    if (modes.empty()) {
+    if (changes.modes.empty()) {
         c.word.letters = {{run.mode, Until::phase}};
+        c.word.surfaces = run.surfaces;
         c.t = {t0};
         c.x = {x0};
         return c;
     }
-    if (modes.back() != run.mode || run.events.front().before != run.mode)
+    if (changes.modes.back() != run.mode || run.events.front().before != run.mode)
         return std::nullopt;
-    c.word = Word::of(modes);
+    c.word = changes.word(run.surfaces);
     return c;
 }
 
@@ -661,19 +711,23 @@ inline std::optional<Cycle> recurrence_of(const History& run, std::size_t first,
     for (std::size_t i = first; i < changes.size(); ++i)
         for (std::size_t j = i + 1; j < changes.size(); ++j) {
             const Happening &a = *changes[i], &b = *changes[j];
-            if (a.before != b.before || a.after != b.after ||
+            if (a.before != b.before || a.after != b.after || a.surface != b.surface ||
                 !((a.x - b.x).norm() <= closeness * size.norm()))
                 continue;
             Cycle c;
             c.p = p;
             c.period = b.t - a.t;
-            std::vector<int> modes;
+            detail::Changes turn;
+            bool known = true;
             for (std::size_t k = i; k < j; ++k) {
                 c.t.push_back(changes[k]->t - a.t);
                 c.x.push_back(changes[k]->x);
-                modes.push_back(changes[k]->after);
+                turn.add(*changes[k]);
+                known = known && detail::one_condition(*changes[k], run.surfaces);
             }
-            c.word = Word::of(modes);
+            if (!known)
+                continue;
+            c.word = turn.word(run.surfaces);
             return c;
         }
     return std::nullopt;
@@ -689,10 +743,19 @@ struct OrbitSearch {
 
 /// True if a field or h depends on time at this point.
 inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, const Vector& p) {
-    const int d = system.dim();
+    const int d = system.dim(), surfaces = system.surfaces();
     const auto moves = [d](const Jet& jet) { return jet.slope.col(d).cwiseAbs().maxCoeff() != 0; };
-    return moves(system.rate(-1, t, x, p, {})) || moves(system.rate(1, t, x, p, {})) ||
-           moves(system.quantity({Quantity::Kind::h, -1, 0}, t, x, p, {}));
+    for (int region = 0; region < 1 << surfaces; ++region) {
+        int mode = 0;
+        for (int j = surfaces - 1; j >= 0; --j)
+            mode = 3 * mode + ((region >> j & 1) != 0 ? 1 : -1);
+        if (moves(system.rate(mode, t, x, p, {})))
+            return true;
+    }
+    for (int j = 0; j < surfaces; ++j)
+        if (moves(system.quantity({Quantity::Kind::h, -1, 0, j}, t, x, p, {})))
+            return true;
+    return false;
 }
 
 namespace detail {
@@ -810,6 +873,7 @@ inline Orbit orbit_from(const AnySystem& system, const Vector& p, Vector x,
 /// as long, and the unstable one is the answer if it is still there.
 inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
                     const OrbitSearch& search = {}) {
+    detail::refuse_jumps(system);
     Orbit found;
     if (!system.forced() && depends_on_time(system, 0.1, x0, p)) {
         found.status = Status::not_converged;
@@ -841,6 +905,7 @@ inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
 /// periods long, or the first return of an event of an autonomous system.
 inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, const Vector& x0,
                         int turns, const OrbitSearch& search = {}) {
+    detail::refuse_jumps(system);
     Orbit none;
     const double T = system.period(p, {}).value;
     const double span = system.forced() ? turns * T : search.window;
