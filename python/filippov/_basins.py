@@ -389,7 +389,7 @@ def basins(
     Parameters
     ----------
     sys : System
-        With one surface and a period.
+        With a period.
     grid : mapping
         Two components of the state: `{"y": (-4, 4, 500), "v": (-3, 4, 500)}`, low, high and the
         number of cells. The first is the first axis of the arrays.

@@ -13,7 +13,8 @@ from . import _core
 from ._bounds import pair
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
 from ._check import integer, number, refuse
-from ._orbit import _refuse_systems, precision
+from ._geometry import one_surface
+from ._orbit import precision
 from ._progress import ended
 from ._store import Stored
 from ._system import System
@@ -161,7 +162,7 @@ def bifurcation_set(
     KeyboardInterrupt
         Within a second of Ctrl-C; its attribute `set` is what was found up to there.
     """
-    _refuse_systems(sys)
+    one_surface(sys)
     try:
         names = two_parameters(sys, tuple(box))
         pairs = [box[name] for name in names]

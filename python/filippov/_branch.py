@@ -15,6 +15,7 @@ from . import _core
 from ._bounds import pair
 from ._check import integer, number, refuse, word, words
 from ._cycle import node_events, without_point
+from ._geometry import one_surface
 from ._orbit import Complexes, Orbit, orbit_from, precision
 from ._progress import Progress, ended, shown
 from ._status import Status
@@ -381,6 +382,7 @@ def continuation(
     else:
         expected = "expected an Orbit, as periodic_orbit gives, or a SpecialPoint of a Branch"
         refuse("start", start, expected, TypeError)
+    one_surface(orbit.system)
     tolerances = precision(
         orbit.rtol if rtol is None else rtol, orbit.atol if atol is None else atol, max_steps
     )

@@ -28,6 +28,7 @@ from ._ensemble import (
     run_identity,
     run_settings,
 )
+from ._geometry import one_surface
 from ._lanes import instruction_set
 from ._maps import section_of
 from ._progress import Progress, ended, shown
@@ -352,7 +353,8 @@ def cell_map(
     cells = picture.grid
     work: CellMapWork | SectionWork
     if section is not None:
-        of, longest = section_of(sys, section, after, max_time, picture.period)
+        one_surface(sys)
+        of, longest = section_of(section, after, max_time, picture.period)
         work = SectionWork(sys, picture, run, of, longest, periods, threads or 0)
     else:
         for name, given in (("after", after), ("max_time", max_time)):

@@ -41,8 +41,9 @@ class _Diagram(TypedDict):
 
 class _Cycles(TypedDict):
     size: NDArray[np.int64]
-    mode: NDArray[np.int8]
+    mode: NDArray[np.int32]
     until: NDArray[np.int32]
+    surface: NDArray[np.int32]
     t: _Floats
     x: _Floats
     s: _Floats
@@ -368,6 +369,7 @@ def section_map(
     iterate: int,
     kind: int,
     after: int,
+    surface: int,
     max_time: float,
     /,
 ) -> _Mapped: ...
@@ -417,6 +419,7 @@ _Axes: TypeAlias = list[tuple[int, float, float, int]]
 
 def instruction_set() -> str: ...
 def scalar(model: Model) -> object: ...
+def one_lane(model: Model) -> object | None: ...
 def ensemble(
     capsule: object,
     n: int,

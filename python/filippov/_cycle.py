@@ -11,6 +11,7 @@ from numpy.lib.recfunctions import repack_fields
 from numpy.typing import NDArray
 
 from . import _core
+from ._event import modes_of
 from ._system import Params, System
 from ._types import Floats, Record
 
@@ -24,6 +25,7 @@ SURFACE, EXIT_BELOW, EXIT_ABOVE, GRAZE, EXTREMUM_BELOW, EXTREMUM_ABOVE, PHASE = 
 
 _KINDS = np.array(["cross", "exit_sliding", "exit_sliding", "graze"] + 2 * ["slide_extremum"])
 _CHARACTERS = {0: "0", -1: "-", 1: "+"}
+_SIDES = {letter: side for side, letter in _CHARACTERS.items()}
 _RANK = {"0": 0, "-": 1, "+": 2}
 
 
@@ -31,8 +33,9 @@ _RANK = {"0": 0, "-": 1, "+": 2}
 class Cycle:
     """A word with its nodes: letter i is the segment from node i to node i + 1."""
 
-    mode: NDArray[np.int32]
+    mode: NDArray[np.int32]  #: their codes, the sums of mode_j 3**j
     until: NDArray[np.int32]
+    surface: NDArray[np.int32]  #: on which it ends
     t: Floats
     x: Floats  #: shape (n, dim)
     turns: int
@@ -45,15 +48,18 @@ class Cycle:
         p = np.array(list(orbit.params.values()), dtype=np.float64)
         events = orbit.events
         if events.size == 0:  # one segment, cut at the start
-            mode = [next(m for m, letter in _CHARACTERS.items() if letter == orbit.word)]
-            ends, t, x = [PHASE], np.array([orbit.t0]), orbit.x0[None, :]
+            letters = np.array([[_SIDES[letter] for letter in orbit.word]])
+            ends, surfaces = [PHASE], np.array([0])
+            t, x = np.array([orbit.t0]), orbit.x0[None, :]
         else:
-            mode, ends = events["mode_after"].tolist(), list(map(_until, np.roll(events, -1)))
+            letters = events["mode_after"].reshape(events.size, -1)
+            ends, surfaces = list(map(_until, np.roll(events, -1))), np.roll(events["surface"], -1)
             t, x = events["t"].copy(), events["x"].copy()
             if orbit.system.period(orbit.params) is None:
                 t -= t[0]  # time is what the first node makes it
-        modes, until = np.array(mode, dtype=np.int32), np.array(ends, dtype=np.int32)
-        return Cycle(modes, until, t, x, orbit.turns, orbit.period, p)
+        modes = letters.astype(np.int32) @ 3 ** np.arange(letters.shape[1], dtype=np.int32)
+        until, surface = np.array(ends, dtype=np.int32), surfaces.astype(np.int32)
+        return Cycle(modes, until, surface, t, x, orbit.turns, orbit.period, p)
 
     def at(self, sys: System, params: Params) -> Cycle:
         """Give the same nodes for other parameter values, at the same phases."""
@@ -61,28 +67,35 @@ class Cycle:
         period = self.period if forcing is None else self.turns * forcing
         p = np.array(list(params.values()), dtype=np.float64)
         stretched = self.t * (period / self.period)
-        return Cycle(self.mode, self.until, stretched, self.x, self.turns, period, p)
+        nodes = (self.mode, self.until, self.surface, stretched, self.x)
+        return Cycle(*nodes, self.turns, period, p)
 
     def as_tuple(self) -> tuple[Any, ...]:
         """Argument of the core."""
-        return self.mode, self.until, self.t, self.x, self.turns, self.period, self.p
+        nodes = (self.mode, self.until, self.surface, self.t, self.x)
+        return (*nodes, self.turns, self.period, self.p)
 
 
 def _until(event: np.void) -> int:
     """Tell what ends the segment before an event."""
     kind = str(event["kind"])
     if kind == "exit_sliding":
-        return EXIT_BELOW if event["mode_after"] < 0 else EXIT_ABOVE
+        after = np.atleast_1d(event["mode_after"])[event["surface"]]
+        return EXIT_BELOW if after < 0 else EXIT_ABOVE
     if kind == "slide_extremum":
         return EXTREMUM_BELOW if event["s"] < 0 else EXTREMUM_ABOVE
     return GRAZE if kind == "graze" else SURFACE
 
 
-def word_of(modes: tuple[int, ...]) -> str:
-    """Canonical reading of a cycle of modes: the first rotation in the order 0, -, +."""
-    text = "".join(_CHARACTERS[mode] for mode in modes)
-    rotations = [text[i:] + text[:i] for i in range(len(text))]
-    return min(rotations, key=lambda word: [_RANK[c] for c in word])
+def word_of(modes: NDArray[np.int8]) -> str:
+    """Canonical reading of a cycle of modes: the first rotation in the order 0, -, +.
+
+    `modes` has shape (surfaces, n); of several surfaces there are spaces between the modes.
+    """
+    letters = ["".join(_CHARACTERS[side] for side in mode) for mode in modes.T.tolist()]
+    rotations = [letters[i:] + letters[:i] for i in range(len(letters))]
+    least = min(rotations, key=lambda word: [_RANK[c] for letter in word for c in letter])
+    return ("" if len(modes) == 1 else " ").join(least)
 
 
 def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str], NDArray[np.intp]]:
@@ -117,7 +130,7 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
         here = slice(a, a + n)
         changed = mode[before[here]] != mode[here]
         kept = mode[here][changed] if changed.any() else mode[a : a + 1]
-        words.append(word_of(tuple(int(m) for m in kept)))
+        words.append(word_of(modes_of(kept, sys.surfaces)))
 
     log = np.zeros(order.size, _dtype(sys))
     log["point"] = point
@@ -126,10 +139,15 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
     if "period" in sys.capabilities:
         forcing = (columns["period"] / columns["turns"])[point]
         log["phase"] = 2 * np.pi * (t / forcing % 1)
-    log["mode_before"] = mode[before]
-    log["mode_after"] = mode
+    surface = columns["surface"][before]
+    sides = modes_of(mode, sys.surfaces)
+    slides = np.take_along_axis(sides, surface[None, :], 0)[0] == 0
+    modes = sides[0] if sys.surfaces == 1 else sides.T
+    log["mode_before"] = modes[before]
+    log["mode_after"] = modes
+    log["surface"] = surface
     log["kind"] = _KINDS[np.where(changes, until[before], SURFACE)]
-    log["kind"][changes & (until[before] == SURFACE) & (mode == 0)] = "enter_sliding"
+    log["kind"][changes & (until[before] == SURFACE) & slides] = "enter_sliding"
     log["x"] = columns["x"]
     log["s"] = columns["s"]
     return log[order][changes[order]], words, rank
@@ -143,13 +161,15 @@ def without_point(events: Record) -> Record:
 
 
 def _dtype(sys: System) -> np.dtype[Any]:
+    side = () if sys.surfaces == 1 else (sys.surfaces,)
     return np.dtype(
         [
             ("t", "f8"),
             ("phase", "f8"),
             ("kind", "U14"),
-            ("mode_before", "i1"),
-            ("mode_after", "i1"),
+            ("surface", "i4"),
+            ("mode_before", "i1", side),
+            ("mode_after", "i1", side),
             ("x", "f8", (sys.dim,)),
             ("s", "f8"),
             ("point", "i8"),

@@ -33,7 +33,15 @@ __all__ = ["Diagram", "bifurcation_diagram"]
 
 Integers = NDArray[np.int64]
 
-_SECTIONS = ("strobe", "cross", "enter_sliding", "exit_sliding", "graze", "slide_extremum")
+_SECTIONS = (
+    "strobe",
+    "cross",
+    "enter_sliding",
+    "exit_sliding",
+    "graze",
+    "slide_extremum",
+    "jump",
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -217,7 +225,7 @@ def bifurcation_diagram(
     section : str or list of str
         Where points are taken: "strobe" (once a forcing period, at its start), or kinds of event,
         one or several: "exit_sliding" (transitions from stick to slip), "enter_sliding", "cross",
-        "graze", "slide_extremum".
+        "graze", "slide_extremum", "jump" (the state after it).
     transient, keep : float
         How long a run is left to settle, and how long it is looked at after that: whole periods of
         the forcing, or a time for a system that has none.

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import choice, floats, integer, number, refuse
+from ._event import modes_of
 from ._lanes import instruction_set, lanes_in_a_register, lanes_of, require_level
 from ._progress import Progress, ended, shown
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
@@ -295,11 +296,12 @@ def ensemble(
     with shown(progress, "member") as show:
         columns, sums, raised = run_stage(stage, tiling, kept, show)
     shape = members.shape
+    modes = modes_of(columns["mode"].reshape(shape), sys.surfaces)
     result = Ensemble(
         y=np.ascontiguousarray(columns["y"].T).reshape(sys.dim, *shape),
         t=columns["t"].reshape(shape),
         status=STATUS_NAMES[columns["status"]].reshape(shape),
-        mode=_modes(columns["mode"], sys.surfaces, shape),
+        mode=modes[0] if sys.surfaces == 1 else modes,
         n_events=columns["n_events"].reshape(shape),
         n_slides=columns["n_slides"].reshape(shape),
         slide_time=columns["slide_time"].reshape(shape),
@@ -313,16 +315,6 @@ def ensemble(
     )
     ended(raised, ensemble=result)
     return result
-
-
-def _modes(code: NDArray[np.int16], surfaces: int, shape: tuple[int, ...]) -> NDArray[np.int8]:
-    """Modes from their codes, the sums of mode_j 3**j."""
-    each = np.empty((surfaces, *shape), dtype=np.int8)
-    rest = code.astype(np.int64).reshape(shape)
-    for mode in each:
-        mode[...] = (rest + 1) % 3 - 1
-        rest = (rest - mode) // 3
-    return each[0] if surfaces == 1 else each
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from ._check import refuse
@@ -22,6 +23,7 @@ __all__ = [
     "Watched",
     "event_log",
     "mode_changes",
+    "modes_of",
     "watch_all",
 ]
 
@@ -50,6 +52,16 @@ EventFunction = Callable[..., float]
 
 KIND_NAMES = tuple(_core.event_kind_names())
 _KINDS = np.array(KIND_NAMES)
+
+
+def modes_of(code: NDArray[Any], surfaces: int) -> NDArray[np.int8]:
+    """Modes from their codes, the sums of mode_j 3**j: shape (surfaces, *code.shape)."""
+    modes = np.empty((surfaces, *code.shape), dtype=np.int8)
+    rest = code.astype(np.int64)
+    for j in range(surfaces):
+        modes[j] = (rest + 1) % 3 - 1
+        rest = (rest - modes[j]) // 3
+    return modes
 
 
 def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:

@@ -224,11 +224,11 @@ def tangency(record: dict[str, Any]) -> Tangency:
 
 
 def one_surface(sys: System) -> None:
-    """Refuse everything but a system with one surface."""
+    """Refuse everything but a system with one surface, at which the field jumps."""
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System with one surface", TypeError)
-    if sys.surfaces != 1:
-        refuse("sys", sys.name, "expected a System with one surface")
+    if sys.kinds != ("switching",):
+        refuse("sys", sys.name, "expected a System with one surface, a switching one")
 
 
 def seeds_of(seeds: int) -> int:

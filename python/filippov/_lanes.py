@@ -37,7 +37,7 @@ def _module(level: str) -> Any:  # noqa: ANN401 - compiled
 @functools.cache
 def _lanes(name: str, level: str) -> Any:  # noqa: ANN401 - an opaque capsule
     model = next(model for model in _core.models() if model.name == name)
-    return _module(level).lanes(name, _core.scalar(model))
+    return _core.one_lane(model) or _module(level).lanes(name, _core.scalar(model))
 
 
 def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule

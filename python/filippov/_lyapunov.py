@@ -65,13 +65,14 @@ def lyapunov(
     """Compute Lyapunov exponents of the solution from x0 at t = 0.
 
     Tangent vectors go along with the flow, through all events, and are made orthonormal after every
-    stretch. A slide takes one direction for good: its exponent is -inf exactly. The error bar is
-    that of the mean over this window; a transient that outlasts `transient` it cannot know of.
+    stretch. A slide takes one direction for good for each surface slid on at once, contact with
+    an impact surface two: their exponents are -inf exactly. The error bar is that of the mean over
+    this window; a transient that outlasts `transient` it cannot know of.
 
     Parameters
     ----------
     sys : System
-        With one surface.
+        Of what.
     x0 : array, shape (dim,), optional
         State at t = 0, the origin by default.
     params : mapping, optional
@@ -100,9 +101,7 @@ def lyapunov(
         was finished of the window.
     """
     if not isinstance(sys, System):
-        refuse("sys", sys, "expected a System with one surface", TypeError)
-    if sys.surfaces != 1:
-        refuse("sys", sys.name, "expected a System with one surface")
+        refuse("sys", sys, "expected a System", TypeError)
     values = sys._merged(params)
     start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
     sys._forced(values)

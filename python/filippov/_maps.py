@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._check import integer, number, one_of, refuse, word, words
 from ._event import KIND_NAMES
-from ._geometry import one_surface
 from ._progress import ended
 from ._status import Status
 from ._system import Params, System
@@ -71,7 +70,7 @@ def strobe_map(
     Parameters
     ----------
     sys : System
-        With one surface and a period.
+        With a period.
     x0 : array, shape (dim,) or (dim, k)
         One start or several.
     iterate : int
@@ -98,9 +97,9 @@ def strobe_map(
     KeyboardInterrupt
         Within a fraction of a second of Ctrl-C.
     """
-    one_surface(sys)
+    _a_system(sys)
     if "period" not in sys.capabilities:
-        refuse("sys", sys.name, "expected a forced System with one surface")
+        refuse("sys", sys.name, "expected a forced System")
     task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
     return task.result(_core.strobe_map(*task.arguments()))
 
@@ -111,6 +110,7 @@ def section_map(
     section: str = "exit_sliding",
     *,
     after: int | None = None,
+    surface: int | None = None,
     iterate: int = 1,
     t0: ArrayLike = 0.0,
     max_time: float | None = None,
@@ -124,14 +124,16 @@ def section_map(
     Parameters
     ----------
     sys : System
-        With one surface.
+        Of what.
     x0 : array, shape (dim,) or (dim, k)
         One start or several. An event that a run starts at does not count.
     section : str
         "exit_sliding", "enter_sliding" or "cross".
     after : int, optional
-        Only events that lead to this mode: -1, 0 or +1. `"exit_sliding", after=-1` are the exits at
-        s = -1.
+        Only events that lead to this mode of their surface: -1, 0 or +1. `"exit_sliding", after=-1`
+        are the exits at s = -1.
+    surface : int, optional
+        Only events of this surface, an index.
     iterate : int
         Which of the events.
     t0 : float or array, shape (k,)
@@ -155,19 +157,25 @@ def section_map(
     KeyboardInterrupt
         Within a fraction of a second of Ctrl-C.
     """
-    one_surface(sys)
+    _a_system(sys)
     task = _Task(sys, x0, t0, params, wrt, rtol, atol, iterate)
     period = sys.period(task.params)
-    of, longest = section_of(sys, section, after, max_time, period)
-    run = _core.section_map(*task.arguments(), *of, longest)
+    of, longest = section_of(section, after, max_time, period)
+    among = f"expected a surface of {sys.name}, 0 to {sys.surfaces - 1}, or None for all"
+    index = -1 if surface is None else one_of("surface", surface, range(sys.surfaces), among)
+    run = _core.section_map(*task.arguments(), *of, index, longest)
     return task.result(run)
 
 
+def _a_system(sys: System) -> None:
+    if not isinstance(sys, System):
+        refuse("sys", sys, "expected a System", TypeError)
+
+
 def section_of(
-    sys: System, section: str, after: int | None, max_time: float | None, period: float | None
+    section: str, after: int | None, max_time: float | None, period: float | None
 ) -> tuple[tuple[int, int], float]:
     """Check a section: kind of the events, the mode that they lead to, and how long to wait."""
-    one_surface(sys)
     kind = KIND_NAMES.index(word("section", section, _SECTIONS))
     target = _ALL
     if after is not None:

@@ -63,13 +63,16 @@ class Orbit(Stored):
     `phase`                    phase of the forcing, `omega t mod 2 pi`; NaN where there is none
     `kind`                     "cross", "enter_sliding" or "exit_sliding"; at a bifurcation also
                                "graze" and "slide_extremum", which change no mode
-    `mode_before, mode_after`  -1 (h < 0), +1 (h > 0) or 0 (sliding)
+    `surface`                  index of the surface that is met or left
+    `mode_before, mode_after`  -1 (h < 0), +1 (h > 0) or 0 (sliding); one value, or one a surface
     `x`                        state, shape (dim,)
     `s`                        equivalent control (4.12)
     =========================  ====================================================================
     """
 
-    word: str  #: modes of one cycle: `-` for h < 0, `+` for h > 0, `0` for sliding
+    #: modes of one cycle: `-` for h < 0, `+` for h > 0, `0` for sliding; with several surfaces so
+    #: many characters a mode and spaces between the modes
+    word: str
     period: float  #: duration of one cycle
     turns: int  #: forcing periods of one cycle; 1 for a system that has none
     stable: bool  #: every multiplier inside the unit circle, but for the 1 of an autonomous orbit
@@ -108,9 +111,10 @@ class Orbit(Stored):
         cycles = number("periods", periods, "expected a finite number > 0", above=0.0)
         tight: dict[str, Any] = {"method": "dop853", "rtol": self.rtol, "atol": self.atol}
         end = self.t0 + cycles * self.period
-        return simulate(
+        run: Trajectory = simulate(
             self.system, self.x0, (self.t0, end), params=self.params, **(tight | settings)
         )
+        return run
 
     def plot(
         self,
@@ -151,7 +155,8 @@ class Orbit(Stored):
             "monodromy": (("state", "other"), self.monodromy),
         }
         for name in self.events.dtype.names or ():
-            dims = ("event", "state") if name == "x" else ("event",)
+            inner = {"x": "state", "mode_before": "surface", "mode_after": "surface"}
+            dims = ("event", inner[name]) if self.events[name].ndim == 2 else ("event",)
             variables["y" if name == "x" else name] = (dims, self.events[name])
         states = list(self.system.state)
         attrs = {"system": self.system.name, "filippov": _core.__version__} | dict(self.params)
@@ -222,7 +227,7 @@ def periodic_orbit(
     Parameters
     ----------
     sys : System
-        The system; with one surface.
+        The system; without jumps of the state.
     guess : optional
         None: the orbit that the run from `x0` settles on. A state, shape (dim,): at phase zero of
         the forcing, for an orbit of `turns` forcing periods. A `Trajectory`: its end. An `Orbit`:
@@ -262,8 +267,9 @@ def periodic_orbit(
 
     Notes
     -----
-    Sections 4.4 and 4.6 of the chapter. A slide costs a dimension: with a word that has a `0` one
-    multiplier is exactly 0. Without a forcing one is exactly 1.
+    Sections 4.4 and 4.6 of the chapter. A slide costs a dimension for each surface slid on at once:
+    so many multipliers are exactly 0. Without a forcing one is exactly 1. An orbit that meets two
+    surfaces at the same time has no word and is not found.
     """
     _refuse_systems(sys)
     values = _base_params(sys, guess)._merged(params)
@@ -339,8 +345,8 @@ def _refuse_systems(sys: System) -> None:
     """Refuse what has no orbits to be found."""
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
-    if sys.surfaces != 1:
-        refuse("sys", sys.name, f"expected a system with one surface, it has {sys.surfaces}")
+    if "jump" in sys.kinds:
+        refuse("sys", sys.name, "expected a System whose state does not jump")
 
 
 def _base_params(sys: System, guess: object) -> System:

@@ -112,7 +112,6 @@ struct Analysis {
         unstoppable = model.analysis(precision);
         precision.interrupted = [this] { return signals(); };
         system = model.analysis(precision);
-        expect(system != nullptr, "the system has one surface");
     }
     Analysis(const Analysis&) = delete;
     Analysis& operator=(const Analysis&) = delete;

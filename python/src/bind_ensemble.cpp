@@ -98,15 +98,26 @@ py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
     return d;
 }
 
+/// A capsule that owns a pointer.
+template <class Pointer, const char* const& name> py::capsule capsule_of(Pointer pointer) {
+    auto owned = std::make_unique<Pointer>(std::move(pointer));
+    return py::capsule(owned.release(), name, [](PyObject* capsule) {
+        delete static_cast<Pointer*>(PyCapsule_GetPointer(capsule, name));
+    });
+}
+
 } // namespace
 
 void bind_ensemble(py::module_& m) {
     m.def("ensemble", &ensemble);
     m.def("scalar", [](const Model& model) {
-        auto scalar = std::make_unique<ScalarPointer>(model.scalar());
-        return py::capsule(scalar.release(), scalar_capsule, [](PyObject* capsule) {
-            delete static_cast<ScalarPointer*>(PyCapsule_GetPointer(capsule, scalar_capsule));
-        });
+        return capsule_of<ScalarPointer, scalar_capsule>(model.scalar());
+    });
+    m.def("one_lane", [](const Model& model) -> py::object {
+        LanesPointer lanes = model.one_lane();
+        if (lanes == nullptr)
+            return py::none();
+        return capsule_of<LanesPointer, lanes_capsule>(std::move(lanes));
     });
     // The best instruction set that lanes are compiled for and this processor has.
     m.def("instruction_set", [] {

@@ -236,8 +236,8 @@ py::dict strobes(const Model& model, const Doubles& t0, const Doubles& x0, const
 
 py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
                   const std::vector<int>& active, double rtol, double atol, int iterate, int kind,
-                  int after, double max_time) {
-    const SectionOf section{static_cast<EventKind>(kind), after};
+                  int after, int surface, double max_time) {
+    const SectionOf section{static_cast<EventKind>(kind), after, surface};
     return map_all(model, t0, x0, p, active, rtol, atol,
                    [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
                        const Directions& along) {

@@ -26,11 +26,19 @@ py::array_t<std::complex<double>> array_of(const Multipliers& m) {
     return as_array(Multipliers(m), {py::ssize_t(m.size())});
 }
 
+/// The mode with a slide on this surface, too.
+int sliding_at(int mode, int surface) {
+    int power = 1;
+    for (int j = 0; j < surface; ++j)
+        power *= 3;
+    return mode - mode_entry(mode, surface) * power;
+}
+
 /// Cycles, one after the other.
 struct CycleColumns {
     std::vector<long long> size; ///< nodes of each
-    std::vector<signed char> mode;
-    std::vector<int> until;
+    std::vector<int> mode;       ///< Mode::code
+    std::vector<int> until, surface;
     std::vector<double> t, x, s;   ///< of the nodes
     std::vector<double> period, p; ///< of each
     std::vector<double> t_start, x_start;
@@ -39,11 +47,14 @@ struct CycleColumns {
     void add(const AnySystem& system, const Cycle& c) {
         size.push_back(static_cast<long long>(c.size()));
         for (std::size_t i = 0; i < c.size(); ++i) {
-            mode.push_back(static_cast<signed char>(c.word[i].mode));
+            mode.push_back(c.word[i].mode);
             until.push_back(static_cast<int>(c.word[i].until));
+            surface.push_back(c.word[i].surface);
             t.push_back(c.t[i]);
             append(x, c.x[i]);
-            const Quantity margin{Quantity::Kind::margin, -1, 0}; // s_max + s
+            const Letter& before = c.word[i + c.size() - 1];
+            const Quantity margin{Quantity::Kind::margin, -1, 0, before.surface,
+                                  sliding_at(before.mode, before.surface)}; // s_max + s
             s.push_back(system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] -
                         system.s_max(c.p));
         }
@@ -59,6 +70,7 @@ struct CycleColumns {
         d["size"] = as_array(std::move(size), {n});
         d["mode"] = as_array(std::move(mode), {nodes});
         d["until"] = as_array(std::move(until), {nodes});
+        d["surface"] = as_array(std::move(surface), {nodes});
         d["t"] = as_array(std::move(t), {nodes});
         d["x"] = as_array(std::move(x), {nodes, dim});
         d["s"] = as_array(std::move(s), {nodes});
@@ -72,22 +84,28 @@ struct CycleColumns {
 
 /// A cycle from its word, nodes, turns, period and parameters.
 Cycle cycle_from(const Model& model, const py::tuple& columns) {
-    const auto [mode, until, t, x, turns, period, p] =
-        columns.cast<std::tuple<Array<int>, Array<int>, Doubles, Doubles, int, double, Doubles>>();
+    const auto [mode, until, surface, t, x, turns, period, p] = columns.cast<
+        std::tuple<Array<int>, Array<int>, Array<int>, Doubles, Doubles, int, double, Doubles>>();
     const Facts& facts = model.facts();
     const py::ssize_t n = t.size();
-    expect(n > 0 && mode.size() == n && until.size() == n, "a cycle has nodes");
+    expect(n > 0 && mode.size() == n && until.size() == n && surface.size() == n,
+           "a cycle has nodes");
+    int codes = 1; // of modes, on either side of 0
+    for (int j = 1; j < facts.surfaces; ++j)
+        codes = 3 * codes + 1;
     expect(x.ndim() == 2 && x.shape(0) == n && x.shape(1) == facts.dim, "x has shape (n, dim)");
     expect(std::size_t(p.size()) == facts.params.size(), "p has one entry a parameter");
     Cycle c;
     for (py::ssize_t i = 0; i < n; ++i) {
-        expect(mode.at(i) >= -1 && mode.at(i) <= 1, "mode is -1, 0 or +1");
+        expect(mode.at(i) >= -codes && mode.at(i) <= codes, "mode is the code of one");
+        expect(surface.at(i) >= 0 && surface.at(i) < facts.surfaces, "surface is an index");
         expect(until.at(i) >= 0 && until.at(i) <= static_cast<int>(Until::phase),
                "until is 0 to 6");
-        c.word.letters.push_back({mode.at(i), static_cast<Until>(until.at(i))});
+        c.word.letters.push_back({mode.at(i), static_cast<Until>(until.at(i)), surface.at(i)});
         c.t.push_back(t.at(i));
         c.x.push_back(Eigen::Map<const Vector>(x.data(i, 0), facts.dim));
     }
+    c.word.surfaces = facts.surfaces;
     c.turns = turns;
     c.period = period;
     c.p = vector_of(p);

@@ -400,12 +400,15 @@ public:
     }
 
     std::shared_ptr<const AnySystem> analysis(const Precision& precision) const override {
-        if constexpr (single_v<Sys>)
-            return any_system(sys_, precision);
-        else
-            return nullptr;
+        return any_system(sys_, precision);
     }
     std::shared_ptr<const AnyScalar> scalar() const override { return any_scalar(sys_); }
+    std::shared_ptr<const AnyLanes> one_lane() const override {
+        if constexpr (RunsInLanes<Sys>)
+            return nullptr;
+        else
+            return any_lanes<1>(sys_);
+    }
     DiagramColumns diagram(const DiagramTask& task) const override {
         return task.eighth_order ? diagram<DormandPrince8>(task) : diagram<DormandPrince5>(task);
     }

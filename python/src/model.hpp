@@ -3,7 +3,7 @@
 // knows pybind11, so that a model's translation unit compiles the engine and nothing else.
 #pragma once
 
-#include <filippov/any_scalar.hpp>
+#include <filippov/any_lanes.hpp>
 #include <filippov/any_system.hpp>
 #include <filippov/parallel.hpp>
 
@@ -174,10 +174,13 @@ public:
     virtual Run simulate(const Task& task) const = 0;
     /// Follows every solution, `most` at most.
     virtual Runs simulate_all(const Task& task, int most) const = 0;
-    /// For maps, orbits and bifurcations; null for a system with several surfaces or jumps.
+    /// For maps, orbits and bifurcations.
     virtual std::shared_ptr<const AnySystem> analysis(const Precision& precision) const = 0;
-    /// What lanes need to run it; null for a system that has none.
+    /// What lanes need to run it.
     virtual std::shared_ptr<const AnyScalar> scalar() const = 0;
+    /// For ensembles of a system that does not run in lanes; null for one that does, whose lanes
+    /// are compiled for each instruction set.
+    virtual std::shared_ptr<const AnyLanes> one_lane() const = 0;
     /// Exceptions of the task's own functions pass through.
     virtual DiagramColumns diagram(const DiagramTask& task) const = 0;
 };

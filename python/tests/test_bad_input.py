@@ -29,7 +29,7 @@ class BadDirection:
         return t
 
 
-ALL = "on_nonunique = 'all': expected one of 'stop', 'below', 'above', 'stay'"
+ALL = "on_nonunique = 'any': expected one of 'stop', 'below', 'above', 'stay', 'all'"
 
 MISTAKES = [
     ({"sys": "oscillator"}, TypeError, "sys = 'oscillator': expected a System"),
@@ -69,7 +69,7 @@ MISTAKES = [
     ({"max_steps": 2.5}, TypeError, "max_steps = 2.5: expected an integer > 0"),
     ({"max_events": -3}, ValueError, "max_events = -3: expected an integer > 0"),
     ({"max_events": True}, TypeError, "max_events = True: expected an integer > 0"),
-    ({"on_nonunique": "all"}, ValueError, ALL),
+    ({"on_nonunique": "any"}, ValueError, ALL),
     ({"t_eval": [0, 2]}, ValueError, "t_eval[1] = 2.0: expected a time in t_span = (0.0, 1.0)"),
     ({"t_eval": [0, np.nan]}, ValueError, "t_eval[1] = nan: expected a time in t_span"),
     ({"t_eval": [0, 0.5, 0.2]}, ValueError, "t_eval[2] = 0.2: expected times ordered"),

@@ -33,7 +33,7 @@ def test_the_log_has_the_documented_fields():
     log = run.events
     assert log.dtype.names == (
         "t", "kind", "surface", "mode_before", "mode_after", "x_left", "x_right", "s",
-        "period", "t_local",
+        "period", "t_local", "contacts", "alternatives",
     )  # fmt: skip
     assert log["kind"][0] == "start"
     assert log["kind"][-1] == "end"

@@ -169,7 +169,6 @@ def test_the_cycle_of_dieci_and_lopez_returns_after_its_period():
     ("arguments", "error", "words"),
     [
         ({"sys": 1}, TypeError, "sys = 1: expected a System"),
-        ({"sys": fp.models.dieci_lopez_2}, ValueError, "expected a System with one surface"),
         ({"x0": [0]}, ValueError, "x0 = .*\\(y, v\\), got shape \\(1,\\)"),
         ({"x0": [0, np.nan]}, ValueError, "x0 = \\[0, nan\\]: expected finite"),
         ({"x0": [0, 1j]}, TypeError, "x0 = "),

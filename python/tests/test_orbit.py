@@ -244,7 +244,7 @@ def test_a_run_that_fails_gives_its_own_status():
     ("arguments", "error", "words"),
     [
         ({"sys": 3}, TypeError, "sys = 3: expected a System"),
-        ({"sys": fp.models.dieci_lopez_2}, ValueError, "expected a system with one surface, it ha"),
+        ({"sys": fp.models.bouncing_ball}, ValueError, "expected a System whose state does not"),
         ({"guess": [1]}, ValueError, "guess = .*expected 2 finite numbers"),
         ({"guess": [1, np.nan]}, ValueError, "guess = "),
         ({"guess": "orbit"}, TypeError, "guess = 'orbit'"),

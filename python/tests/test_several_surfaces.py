@@ -76,15 +76,127 @@ def test_an_ensemble_tells_the_modes_of_all_surfaces():
 
 
 def test_what_is_for_one_surface_says_so():
-    chain = models.belt_chain_2
+    chain = models.belt_chain_2.with_params(V=0.4)
+    orbit = fp.periodic_orbit(chain, x0=[0.5, 0, -0.3, 0])
     for call in (
-        lambda: fp.periodic_orbit(chain),
-        lambda: fp.lyapunov(chain, [0, 0, 0, 0]),
+        lambda: fp.continuation(orbit, "V", (0.3, 0.5)),
         lambda: fp.equilibria(chain, bounds={}),
-        lambda: fp.periodic_orbit(models.bouncing_ball),
+        lambda: fp.equilibria(models.bouncing_ball, bounds={}),
+        lambda: fp.event_map(models.impact_belt),
+        lambda: fp.bifurcation_set(models.impact_belt, {"A": (0, 1), "omega": (1, 2)}),
     ):
-        with pytest.raises((ValueError, TypeError), match="surface"):
+        with pytest.raises((ValueError, TypeError), match="one surface"):
             call()
+    with pytest.raises(ValueError, match="does not jump"):
+        fp.periodic_orbit(models.bouncing_ball)
+
+
+# --- maps, orbits, exponents ----------------------------------------------------------------------
+
+
+def test_a_chain_has_orbits_and_multipliers(tmp_path):
+    chain = models.belt_chain_2.with_params(V=0.4)
+    orbit = fp.periodic_orbit(chain, x0=[0.5, 0, -0.3, 0])
+    assert orbit.success
+    assert orbit.stable
+    assert orbit.word == "0- -- -0 --"
+    # shooting in forced modes against the derivatives of the engine's own run
+    shot = np.sort(np.abs(orbit.multipliers))
+    varied = np.sort(np.abs(np.linalg.eigvals(orbit.monodromy)))
+    np.testing.assert_allclose(shot, varied, rtol=0, atol=1e-8)
+    assert (orbit.multipliers == 1).sum() == 1
+    assert (orbit.multipliers == 0).sum() == 1
+    assert orbit.events["mode_after"].shape == (4, 2)
+    assert sorted(orbit.events["surface"].tolist()) == [0, 0, 1, 1]
+    run = orbit.trajectory()
+    np.testing.assert_allclose(run.y[:, -1], orbit.x0, rtol=0, atol=1e-9)
+    # every event of the run is one of the orbit's
+    changes = run.events[1:-1]
+    np.testing.assert_allclose(changes["t"], orbit.events["t"], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(changes["mode_after"], orbit.events["mode_after"])
+    np.testing.assert_array_equal(changes["surface"], orbit.events["surface"])
+    slides = changes["kind"] == "exit_sliding"
+    np.testing.assert_allclose(orbit.events["s"][slides], -1, rtol=0, atol=1e-9)
+    again = fp.periodic_orbit(chain, orbit, params={"V": 0.41})
+    assert again.word == orbit.word
+    assert again.success
+    assert orbit.to_xarray()["mode_after"].dims == ("event", "surface")
+    orbit.save(tmp_path / "orbit.npz")
+    assert fp.load(tmp_path / "orbit.npz").word == orbit.word
+    assert orbit.plot()
+
+
+def test_exponents_of_a_chain():
+    chain = models.belt_chain_2.with_params(V=0.4)
+    orbit = fp.periodic_orbit(chain, x0=[0.5, 0, -0.3, 0])
+    found = fp.lyapunov(chain, orbit.x0, transient=50, window=4000)
+    assert found.success
+    expected = np.log(np.abs(orbit.multipliers[:3])) / orbit.period
+    np.testing.assert_allclose(found.exponents[:3], expected, rtol=0, atol=1e-3)
+    assert found.exponents[3] == -math.inf
+    # where both stick at once two directions are lost
+    both = fp.lyapunov(chain.with_params(V=0.2), [0.5, 0, -0.3, 0], transient=200, window=500)
+    assert (both.exponents[2:] == -math.inf).all()
+
+
+def test_maps_of_several_surfaces_and_of_impacts():
+    belt = models.impact_belt
+    x0 = np.array([0.1, 0.2])
+    image = fp.strobe_map(belt, x0, iterate=2, wrt=["A", "e"])
+    assert image.success
+    h = 1e-6
+    for k, by in enumerate(np.eye(2) * h):
+        ends = [fp.strobe_map(belt, x0 + d, iterate=2).x for d in (by, -by)]
+        np.testing.assert_allclose(
+            image.slope[:2, k], (ends[0] - ends[1]) / (2 * h), rtol=1e-5, atol=1e-5
+        )
+    ends = [fp.strobe_map(belt, x0, iterate=2, params={"e": 0.8 + d}).x for d in (h, -h)]
+    np.testing.assert_allclose(
+        image.param_slope["e"][:2], (ends[0] - ends[1]) / (2 * h), rtol=1e-5, atol=1e-5
+    )
+    chain = models.belt_chain_2.with_params(V=0.4)
+    orbit = fp.periodic_orbit(chain, x0=[0.5, 0, -0.3, 0])
+    for surface in (0, 1):
+        first = fp.section_map(chain, orbit.x0, "exit_sliding", surface=surface)
+        second = fp.section_map(chain, first.x, "exit_sliding", surface=surface, t0=first.t)
+        assert second.t - first.t == pytest.approx(orbit.period, abs=1e-9)
+    with pytest.raises(ValueError, match="surface = 2"):
+        fp.section_map(chain, orbit.x0, surface=2)
+
+
+def test_diagrams_of_several_surfaces_and_of_impacts():
+    diagram = fp.bifurcation_diagram(
+        models.belt_chain_2, V=[0.4, 0.5], x0=[0.5, 0, -0.3, 0], surface=1, transient=1000, keep=50
+    )
+    assert diagram.success
+    assert (diagram.boundary == -1).all()
+    for k, V in enumerate((0.4, 0.5)):
+        orbit = fp.periodic_orbit(models.belt_chain_2.with_params(V=V), x0=[0.5, 0, -0.3, 0])
+        exits = (orbit.events["kind"] == "exit_sliding") & (orbit.events["surface"] == 1)
+        seen = diagram.y[0][diagram.value == k]
+        np.testing.assert_allclose(seen, orbit.events["x"][exits][0, 0], rtol=0, atol=1e-6)
+    impacts = fp.bifurcation_diagram(models.impact_belt, A=[0.6], section="jump", keep=50)
+    assert impacts.success
+    assert impacts.value.size > 10
+    np.testing.assert_allclose(impacts.y[0], 1, rtol=0, atol=1e-9)
+    assert (impacts.y[1] < 0).all()
+
+
+def test_basins_of_impacts():
+    # beyond the grazing of the free orbit: it and one that impacts once in two periods
+    belt = models.impact_belt.with_params(A=0.8, omega=0.5, F=0.4, V=0.2, e=0.5, wall=1.196)
+    basins = fp.basins(belt, {"x": (-2, 1.15, 20), "v": (-1.5, 1.53, 20)})
+    assert [cycle.period for cycle in basins.attractors] == [1, 2]
+    assert basins.disagreements == 0
+    assert len(basins.unresolved) == 0
+    assert 0 < basins.fractions[1] < 0.1
+    free, impacts = basins.attractors
+    for cycle in (free, impacts):
+        run = fp.simulate(
+            belt, cycle.points[:, 0], (0, cycle.period * belt.period()), method="dop853", rtol=1e-10
+        )
+        np.testing.assert_allclose(run.y[:, -1], cycle.points[:, 0], rtol=0, atol=1e-8)
+        assert ("jump" in kinds(run)) == (cycle is impacts)
 
 
 # --- jumps ----------------------------------------------------------------------------------------

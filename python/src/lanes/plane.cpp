@@ -8,10 +8,9 @@
 namespace filippov::python {
 
 LanesPointer plane_lanes(const std::string& name, const ScalarPointer& scalar) {
-    return name == "unit_circle"   ? any_lanes(models::UnitCircle{}, scalar)
-           : name == "quartet"     ? any_lanes(models::Quartet{}, scalar)
-           : name == "dieci_lopez" ? any_lanes(models::DieciLopez{}, scalar)
-                                   : any_lanes(models::DieciLopez2{}, scalar);
+    return name == "unit_circle" ? any_lanes(models::UnitCircle{}, scalar)
+           : name == "quartet"   ? any_lanes(models::Quartet{}, scalar)
+                                 : any_lanes(models::DieciLopez{}, scalar);
 }
 
 } // namespace filippov::python
