@@ -185,16 +185,21 @@ template <class S, int M> struct Multilinear {
 private:
     /// Corners folded together, one surface after another; along `k` their difference.
     Vec<S, M> folded(const Vec<S, M>& share, int k) const {
-        auto fold = w.normal;
-        for (int i = w.n - 1; i >= 0; --i) {
+        if (w.n == 0)
+            return w.normal[0];
+        std::array<Vec<S, M>, (std::size_t(1) << M) / 2> fold;
+        const auto fold_along = [&](int i, const auto& normal) {
             const unsigned half = 1u << i;
             for (unsigned v = 0; v < half; ++v)
                 for (int r = 0; r < w.n; ++r) {
-                    const S &low = fold[v][r], &high = fold[v + half][r];
+                    const S &low = normal[v][r], &high = normal[v + half][r];
                     fold[v][r] =
                         i == k ? S(high - low) : S(low * (S(1) - share[i]) + high * share[i]);
                 }
-        }
+        };
+        fold_along(w.n - 1, w.normal);
+        for (int i = w.n - 2; i >= 0; --i)
+            fold_along(i, fold);
         return fold[0];
     }
 };
@@ -267,15 +272,15 @@ template <std::floating_point R, int M> Vec<R, M> shares_of_two(const NormalFiel
 /// converge in 60 steps.
 template <std::floating_point R, int M> Vec<R, M> shares_of_many(const NormalField<R, M>& w) {
     const Multilinear<R, M> blend{w};
+    Vec<R, M> size = Vec<R, M>::Zero();
+    for (unsigned v = 0; v < w.regions(); ++v)
+        for (int i = 0; i < w.n; ++i)
+            size[i] = std::max(size[i], std::abs(w(v, i)));
     const auto residual = [&](const Vec<R, M>& share) {
         const Vec<R, M> value = blend.value(share);
         R sum(0);
-        for (int i = 0; i < w.n; ++i) {
-            R size(0);
-            for (unsigned v = 0; v < w.regions(); ++v)
-                size = std::max(size, std::abs(w(v, i)));
-            sum += (value[i] / size) * (value[i] / size);
-        }
+        for (int i = 0; i < w.n; ++i)
+            sum += (value[i] / size[i]) * (value[i] / size[i]);
         return sum;
     };
     const auto nan = std::numeric_limits<R>::quiet_NaN();
@@ -298,7 +303,7 @@ template <std::floating_point R, int M> Vec<R, M> shares_of_many(const NormalFie
         }
         share = next;
         now = then;
-        if (length < R(1e-9))
+        if (length < R(1e-9) || now < R(1e-18)) // what is left is squared twice by the blend
             return share;
         if (!(length < std::numeric_limits<R>::infinity()))
             break;
@@ -333,8 +338,14 @@ FILIPPOV_NOINLINE Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
     for (int k = 0; k < steps; ++k) {
         if (!(newton_step(seen, distance, step) > R(0)))
             break;
-        for (int i = 0; i < n; ++i)
+        bool done = std::floating_point<S>;
+        for (int i = 0; i < n; ++i) {
             distance[i] += step[i];
+            if constexpr (std::floating_point<S>)
+                done = done && step[i] * step[i] <= epsilon<R> * distance[i] * distance[i];
+        }
+        if (done)
+            break;
     }
     Blend<S, M> blend;
     for (int i = 0; i < n; ++i) {
@@ -521,16 +532,23 @@ template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalFie
         inverse[i] = R(1) / -mean(i, i);
     }
     R best(-1);
-    for (const Vec<R, M>& d : {inverse, balancing(mean, n)}) {
+    for (const bool balanced : {false, true}) {
+        const Vec<R, M> d = balanced ? balancing(mean, n) : inverse;
         R least(1);
+        Mat<R, M, M> last = Mat<R, M, M>::Zero();
         for (unsigned v = 0; v < w.regions() && least > best; ++v) {
-            Mat<R, M, M> a;
+            Mat<R, M, M> a = Mat<R, M, M>::Zero();
             for (int i = 0; i < n; ++i)
-                for (int k = 0; k < n; ++k)
-                    a(i, k) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
+                for (int k = i; k < n; ++k)
+                    a(i, k) = a(k, i) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
+            if (a == last) // as where L is affine in s
+                continue;
+            last = a;
             least = std::min(least, definiteness(a, n));
         }
         best = std::max(best, least);
+        if (best > R(0.25)) // clear enough, and guards see no jump near zero
+            break;
     }
     return best;
 }
