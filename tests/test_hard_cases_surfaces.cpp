@@ -435,6 +435,41 @@ TEMPLATE_TEST_CASE("H18: an intersection is left where the first equivalent cont
     }
 }
 
+namespace {
+
+/// Slides on both; s_1 = top - (t - 1)^2 touches its end at t = 1, or goes a little beyond.
+struct TouchesEnd {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double top = 1;
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        const S u = t - S(1);
+        return {S(top) - u * u - s[0], S(0.3) - s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H13: a slide on an intersection touches its end, and goes on", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double over = GENERATE(-1e-10, -1e-15, 0.0, 1e-15, 1e-13, 1e-11, 1e-10);
+    const auto r = follow<TestType>(TouchesEnd{1 + over}, {}, V2(0, 0), 2, bounded<2>(1e-9));
+    INFO("over the end by " << over);
+    CHECK(r.result.status == Status::ok);
+    // beyond by less than the tolerance either is right
+    CHECK((word(r) == "slide_extremum" || (over > 0 && word(r) == "exit_sliding enter_sliding")));
+    CHECK(r.result.mode == Mode<2>{{0, 0}});
+    // clearly beyond it leaves, and comes back
+    const auto out = follow<TestType>(TouchesEnd{1.01}, {}, V2(0, 0), 2, bounded<2>(1e-9));
+    CHECK(word(out) == "exit_sliding enter_sliding");
+    CHECK(out.events[1].t == Approx(0.9).epsilon(1e-9));
+    CHECK(out.result.mode == Mode<2>{{0, 0}});
+}
+
 TEMPLATE_TEST_CASE("H18: where an intersection ceases to attract the run stops", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const auto r = follow<TestType>(Loosening{}, {}, Vec<double, 3>(0, 0, 0), 3, bounded<3>(1e-9));
@@ -453,6 +488,15 @@ TEMPLATE_TEST_CASE("H19: one surface given twice is said to be", "[hard]", Dorma
         CHECK(r.result.status == Status::dependent_surfaces);
         CHECK(r.result.t == 0);
     }
+}
+
+TEMPLATE_TEST_CASE("H19: contact and friction that hold the same speed are dependent", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // a block on the ground (V = 0) in front of a wall
+    const Params<models::ImpactBelt, double> p(1, 0.5, 0.5, 0, -0.3, 0.3);
+    const auto r = follow<TestType>(models::ImpactBelt{}, p, V2(-0.3, 0), 3, bounded<2>(1e-9));
+    CHECK(r.result.status == Status::dependent_surfaces);
+    CHECK(r.result.t == 0);
 }
 
 TEMPLATE_TEST_CASE("H43: a repelling intersection is not rested on in silence", "[hard]",

@@ -7,6 +7,7 @@
 #include <filippov/lyapunov.hpp>
 #include <filippov/maps.hpp>
 #include <filippov/models/blocks.hpp>
+#include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/impacts.hpp>
 #include <filippov/models/switches.hpp>
 #include <filippov/orbit.hpp>
@@ -181,6 +182,102 @@ TEST_CASE("orbit surfaces: section maps go to events of one surface", "[maps]") 
     CHECK_THROWS_WITH(
         section_map(*chain(), {EventKind::cross, 2, 2}, 0, orbit.x_start, orbit.cycle.p, 100),
         ContainsSubstring("section.surface = 2"));
+}
+
+namespace {
+
+/// A block on a belt, V = 0.3, whose friction is half as strong beyond x = 0.7; `belt` is the index
+/// of the surface on which it sticks. A slide ends where the other surface is crossed.
+struct Patch {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    int belt = 0;
+    double push = 0.1; ///< negative damping
+
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        const S strength = S(0.75) - S(0.25) * s[1 - belt];
+        return {x[1], -x[0] + S(push) * x[1] - strength * s[belt]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        Vec<S, 2> r;
+        r[belt] = x[1] - S(0.3);
+        r[1 - belt] = x[0] - S(0.7);
+        return r;
+    }
+};
+
+} // namespace
+
+TEST_CASE("orbit surfaces: nothing depends on the order of the surfaces", "[orbit]") {
+    double period[2];
+    for (const int belt : {0, 1}) {
+        const auto system = any_system(Patch{belt});
+        const Orbit orbit = settle(*system, Vector(0), vector({0.5, 0}));
+        INFO("belt is surface " << belt << ": " << orbit.message);
+        REQUIRE(orbit.status == Status::ok);
+        CHECK(orbit.cycle.word.string() == (belt == 0 ? "0- -+ --" : "-0 +- --"));
+        period[belt] = orbit.cycle.period;
+        // the slide ends where the other surface is crossed: one event, seen of both
+        for (const int surface : {0, 1}) {
+            const EventKind kind = surface == belt ? EventKind::exit_sliding : EventKind::cross;
+            const Mapped m = section_map(*system, {kind, surface == belt ? 2 : 1, surface}, 0,
+                                         orbit.x_start, Vector(0), 20);
+            REQUIRE(m.ok());
+            CHECK(m.x[0] == Approx(0.7).epsilon(1e-12));
+        }
+    }
+    CHECK(period[0] == Approx(period[1]).epsilon(1e-12));
+}
+
+TEST_CASE("orbit surfaces: what Newton finds must be a solution", "[orbit]") {
+    // The orbit of this word ends near V = 0.412; the equations of the word have solutions beyond.
+    const Orbit orbit = settled(0.4);
+    REQUIRE(orbit.status == Status::ok);
+    for (const double V : {0.42, 0.55}) {
+        Cycle moved = orbit.cycle;
+        moved.p[0] = V;
+        const Orbit found = solve_orbit(*chain(), moved);
+        INFO("V = " << V);
+        CHECK(found.status == Status::not_converged);
+        CHECK_THAT(found.message, ContainsSubstring("no solution"));
+    }
+    // a solution that spirals in for ever is no orbit either
+    const auto spiral = any_system(Patch{0, -0.1});
+    CHECK(settle(*spiral, Vector(0), vector({0.5, 0}), {.transient = 20}).status != Status::ok);
+}
+
+TEST_CASE("orbit surfaces: events of two surfaces at once are events of each", "[maps]") {
+    const auto system = any_system(models::DieciLopez2{});
+    const Vector x0 = vector({0.3, 0.21, 0.4});
+    double t[2];
+    for (const int surface : {0, 1}) {
+        const Mapped m =
+            section_map(*system, {EventKind::exit_sliding, -1, surface}, 0, x0, Vector(0), 50);
+        REQUIRE(m.ok());
+        t[surface] = m.t;
+        CHECK(m.x[0] == Approx(1).epsilon(1e-9)); // both leave at x1 = 1
+    }
+    CHECK(t[0] == t[1]);
+}
+
+TEST_CASE("orbit surfaces: exponents say what they leave out, and what impacts forget",
+          "[lyapunov]") {
+    // each turn meets both surfaces at once, where the flow has no derivative
+    const auto system = any_system(models::DieciLopez2{});
+    const Lyapunov l = lyapunov(*system, Vector(0), vector({0.04, -0.01, -0.02}),
+                                {.transient = 50, .window = 200});
+    CHECK(l.status == Status::not_converged);
+    CHECK(l.skipped > 0);
+    CHECK_THAT(l.message, ContainsSubstring("have no derivative"));
+    // an impact that takes all of the speed
+    Vector p = impact_belt()->defaults();
+    p << 0.6, 1.2, 0, 50, 0.5, 0;
+    const Lyapunov plastic =
+        lyapunov(*impact_belt(), p, vector({-1, 0}), {.transient = 50, .window = 100});
+    REQUIRE(plastic.status == Status::ok);
+    CHECK(std::isfinite(plastic.exponents[0]));
+    CHECK(plastic.exponents[1] == -std::numeric_limits<double>::infinity());
 }
 
 TEST_CASE("orbit surfaces: two surfaces met at once make no word", "[orbit]") {

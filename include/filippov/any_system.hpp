@@ -108,7 +108,8 @@ struct Leg {
     double t0 = 0;
     Vector x;
     double t_end = 0;
-    int boundary = 0; ///< it starts at the end of a slide, at s = -1 or +1; 0: nothing is known
+    int boundary = 0;  ///< it starts at the end of a slide, at s = -1 or +1; 0: nothing is known
+    bool held = false; ///< if it starts in a slide so do its neighbours
     std::function<bool(const Happening&)> ends{}; ///< asked at every event; may be empty
 };
 
@@ -164,6 +165,8 @@ public:
     int surfaces() const { return int(kinds().size()); }
     virtual std::vector<std::string> params() const = 0;
     virtual Vector defaults() const = 0;
+    /// Relative tolerance of arcs and runs.
+    virtual double rtol() const = 0;
     /// True if the fields repeat with a period.
     virtual bool forced() const = 0;
     /// The period with its derivatives with respect to a and b; zeros if there is none.
@@ -220,6 +223,9 @@ inline void refuse_jumps(const AnySystem& system) {
         throw std::invalid_argument("filippov: kinds: expected no jumps of the state");
 }
 
+/// Steps of an arc. One that takes more leads far from the orbit that is looked for.
+inline constexpr long long most_arc_steps = 100'000;
+
 /// Taylor series long enough for short arcs.
 inline constexpr int rise_order = 9;
 
@@ -253,6 +259,7 @@ public:
             return {};
     }
     Vector defaults() const override { return default_params<Sys>(); }
+    double rtol() const override { return settings_.rtol; }
     bool forced() const override { return HasPeriod<Sys, double>; }
     PeriodJet period(const Vector& p, const Directions& along) const override {
         using Inner = Dual<double, 2>;
@@ -302,10 +309,12 @@ public:
             const Directions& along) const override {
         if (!finite(t0, x, t1, p))
             return nowhere();
+        auto settings = settings_;
+        settings.max_steps = std::min(settings.max_steps, most_arc_steps);
         return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
             const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_of<M>(mode),
                                             state_of<D>(x, along), moving<D>(t0, N, along),
-                                            moving<D>(t1, N + 1, along), settings_, interrupted_);
+                                            moving<D>(t1, N + 1, along), settings, interrupted_);
             add(r.run.counters);
             Jet result = jet(r.x, along);
             result.status = r.run.status;
@@ -399,6 +408,7 @@ public:
         Journey journey;
         Traveller traveller{*this, leg, journey};
         KnownStart<M> known;
+        known.held = leg.held;
         if (leg.boundary != 0)
             known.guard = leg.boundary < 0 ? Guard<M>::below(0) : Guard<M>::above(0);
         const auto r =

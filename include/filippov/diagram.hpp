@@ -85,12 +85,21 @@ public:
           worker_(worker), points_(points), repeats_(period) {}
 
     void on_event(const Event<S, N, M>& e) {
-        if (section_.strobe || !section_.events.has(e.kind))
+        if (section_.strobe)
             return;
-        if (section_.surface >= 0 && e.surface != section_.surface)
+        const int surface = section_.surface >= 0 ? section_.surface : e.surface;
+        EventKind kind = e.kind;
+        // Several surfaces may change their modes at once.
+        if (surface != e.surface) {
+            if (!is_change(kind) || surface >= M || e.mode_before[surface] == e.mode_after[surface])
+                return;
+            kind = kind_of(e.mode_before[surface], e.mode_after[surface]);
+        }
+        if (!section_.events.has(kind))
             return;
         const S when = period_ > S(0) ? S(e.period + shift_) : e.t_local;
-        take({e.period, e.t_local, e.x_right, e.kind, e.surface, boundary(e)}, when >= transient_);
+        take({e.period, e.t_local, e.x_right, kind, surface, boundary(e, kind, surface)},
+             when >= transient_);
     }
     template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
         if (section_.strobe && step.end.index != step.clock.index)
@@ -116,14 +125,14 @@ public:
 private:
     using Point = DiagramPoint<S, N>;
 
-    static int boundary(const Event<S, N, M>& e) {
-        switch (e.kind) {
+    static int boundary(const Event<S, N, M>& e, EventKind kind, int surface) {
+        switch (kind) {
         case EventKind::exit_sliding:
         case EventKind::cross:
-            return e.mode_after[e.surface];
+            return e.mode_after[surface];
         case EventKind::enter_sliding:
         case EventKind::graze:
-            return e.mode_before[e.surface];
+            return e.mode_before[surface];
         case EventKind::slide_extremum:
             return e.s < S(0) ? -1 : 1;
         default:

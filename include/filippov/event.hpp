@@ -35,6 +35,19 @@ constexpr std::string_view name(EventKind kind) {
     return names[static_cast<std::size_t>(kind)];
 }
 
+/// What a change of the mode at one surface is.
+constexpr EventKind kind_of(int before, int after) {
+    if (before == 0)
+        return after == 0 ? EventKind::slide_extremum : EventKind::exit_sliding;
+    if (after == 0)
+        return EventKind::enter_sliding;
+    return before == after ? EventKind::graze : EventKind::cross;
+}
+constexpr bool is_change(EventKind kind) {
+    return kind == EventKind::cross || kind == EventKind::enter_sliding ||
+           kind == EventKind::exit_sliding;
+}
+
 /// One event.
 template <class S, int N, int M> struct Event {
     S t{};                ///< absolute time

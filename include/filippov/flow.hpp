@@ -61,6 +61,8 @@ template <class S, int N, int M> struct FlowResult {
 template <int M> struct KnownStart {
     Mode<M> before{};
     int guard = -1; ///< see Guard; -1: nothing is known of the start
+    /// The start slides, and so do its neighbours: for derivatives within the surfaces slid on.
+    bool held = false;
 };
 
 namespace detail {
@@ -223,6 +225,8 @@ private:
             const NonUnique policy = settings_.on_nonunique;
             // The one option there is may be to stay where nothing attracts.
             const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
+            if (v.n_options == 0 && !independent_here(on))
+                return segment_.fail(Status::dependent_surfaces, "grad h", j);
             if (v.n_options == 0 || (chosen < 0 && (policy == NonUnique::stop || only_stay)))
                 return segment_.fail(Status::ambiguous, v.reason, j);
             if (chosen >= 0)
@@ -247,6 +251,14 @@ private:
                 segment_.start_root(Guard<M>::above(k), v.starts.above[i]);
         }
         return Status::ok;
+    }
+    /// True if all of these surfaces could hold the state at once, contact with its speed included.
+    bool independent_here(const SurfaceSet<M>& on) const {
+        Mode<M> held = segment_.mode();
+        for (const int k : on)
+            held.set(k, 0);
+        return independent(sys_, Constraints<Sys>(held), segment_.clock().local, segment_.x(), p_,
+                           segment_.scale());
     }
     Verdict<M> judge_one(const Mode<M>& before, int j, int guard) const {
         Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
@@ -353,7 +365,10 @@ private:
             log(before[j] == 0 ? EventKind::slide_extremum : EventKind::graze, j, before,
                 X(segment_.x()));
             segment_.enter(before);
-            segment_.start_root(stop.guard, 2);
+            if (before[j] == 0)
+                segment_.go_on_sliding(stop.guard);
+            else
+                segment_.start_root(stop.guard, 2);
             return crossed_sections();
         }
         contacts_ = {};
@@ -368,7 +383,7 @@ private:
             const int named = first_change(before, after, j);
             log(kind_of(before[named], after[named]), named, before, x_left);
             if (before == after && before[j] == 0)
-                segment_.start_root(stop.guard, 2);
+                segment_.go_on_sliding(stop.guard);
         }
         if (const Status status = crossed_sections(); status != Status::ok)
             return status;
@@ -590,19 +605,14 @@ private:
         return status;
     }
 
-    /// The surface that names an event met on j: the first that changes its mode, or j.
+    /// The surface that names an event met on j: the first that is reached, else the first whose
+    /// slide ends, or j. (Where another surface is crossed a slide may end as well.)
     static int first_change(const Mode<M>& before, const Mode<M>& after, int j) {
-        for (int k = 0; k < M; ++k)
-            if (before[k] != after[k])
-                return k;
+        for (const bool reached : {true, false})
+            for (int k = 0; k < M; ++k)
+                if (before[k] != after[k] && (before[k] != 0) == reached)
+                    return k;
         return j;
-    }
-    static EventKind kind_of(int before, int after) {
-        if (before == 0)
-            return after == 0 ? EventKind::slide_extremum : EventKind::exit_sliding;
-        if (after == 0)
-            return EventKind::enter_sliding;
-        return before == after ? EventKind::graze : EventKind::cross;
     }
 
     /// A mode that cannot be settled must not go round for ever at one time.

@@ -146,8 +146,8 @@ private:
         if (system_.interrupted())
             return ended(Status::interrupted, std::string(message(Status::interrupted)));
         const double t0 = phase_ * unit_;
-        const Journey j =
-            system_.journey({.t0 = t0, .x = x_, .t_end = t0 + settings_.stretch * unit_}, p_, {});
+        const Journey j = system_.journey(
+            {.t0 = t0, .x = x_, .t_end = t0 + settings_.stretch * unit_, .held = true}, p_, {});
         if (!ended(j.status, j.message))
             return false;
         const int d = system_.dim();
@@ -165,7 +165,17 @@ private:
         }
         if (Q_.cols() > d - j.lost)
             forget(M, d - j.lost);
+        if (const Eigen::Index kept = rank(M); kept < Q_.cols())
+            forget(M, kept);
         return orthonormalise(M * Q_, growth);
+    }
+    /// How many of the tangent vectors M keeps, but for its rounding: impacts may forget a speed.
+    Eigen::Index rank(const Matrix& M) const {
+        if (Q_.cols() == 0)
+            return 0;
+        const Eigen::ColPivHouseholderQR<Matrix> qr(M * Q_);
+        const double least = 4 * std::numeric_limits<double>::epsilon() * M.norm();
+        return (qr.matrixQR().diagonal().cwiseAbs().array() > least).count();
     }
     /// A slide leaves no more than the directions of the surface: those that M keeps.
     void forget(const Matrix& M, Eigen::Index kept) {
@@ -197,13 +207,19 @@ private:
         result_.stretches = static_cast<long long>(growth.size());
         if (result_.message.empty())
             result_.message = "The window was followed to its end.";
+        if (result_.skipped > 0)
+            result_.message += " " + std::to_string(result_.skipped) +
+                               " stretches, which have no derivative, were left out.";
+        if (10 * result_.skipped > result_.stretches + result_.skipped &&
+            result_.status == Status::ok)
+            result_.status = Status::not_converged;
         const std::size_t batches = std::size_t(settings_.batches);
         if (growth.size() < batches) {
             result_.exponents.setConstant(std::numeric_limits<double>::quiet_NaN());
             result_.error.setConstant(std::numeric_limits<double>::quiet_NaN());
             if (result_.status == Status::ok) {
                 result_.status = Status::not_converged;
-                result_.message = "Too few stretches have a derivative: most pass a tangency.";
+                result_.message = "Too few stretches have a derivative.";
             }
             return;
         }

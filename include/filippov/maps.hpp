@@ -146,11 +146,19 @@ inline Mapped section_map(const AnySystem& system, const SectionOf& section, dou
     if (!(max_time > 0 && max_time < std::numeric_limits<double>::infinity()))
         detail::refuse("max_time", max_time, "expected a finite number > 0");
     int left = iterate;
+    const int surfaces = system.surfaces();
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * max_time};
     leg.ends = [&](const Happening& e) {
-        const bool counts = e.kind == section.kind &&
-                            (section.surface < 0 || section.surface == e.surface) &&
-                            (section.after == 2 || section.after == mode_entry(e.after, e.surface));
+        if (!is_change(e.kind))
+            return false;
+        // Several surfaces may change their modes at once.
+        bool counts = false;
+        for (int j = 0; j < surfaces; ++j) {
+            const int before = mode_entry(e.before, j), after = mode_entry(e.after, j);
+            counts = counts || ((section.surface < 0 || section.surface == j) && before != after &&
+                                kind_of(before, after) == section.kind &&
+                                (section.after == 2 || section.after == after));
+        }
         left -= counts;
         return counts && left == 0;
     };

@@ -592,6 +592,29 @@ inline void find_start(const AnySystem& system, Orbit& orbit) {
     orbit.monodromy = to_start.slope.leftCols(d + 1) * M;
 }
 
+namespace detail {
+
+/// Whether a solved cycle is a solution: followed from its start it comes back, to ten thousand
+/// tolerances of its size. (Shooting forces its modes.)
+inline bool is_solution(const AnySystem& system, const Orbit& orbit) {
+    const Cycle& c = orbit.cycle;
+    const double t = orbit.t_start;
+    const History turn = system.run(t, orbit.x_start, t + c.period, c.p);
+    Vector size = Vector::Zero(system.dim());
+    for (const Vector& x : c.x)
+        size = size.cwiseMax((x - orbit.x_start).cwiseAbs());
+    if (c.size() == 1)
+        size = orbit.x_start.cwiseAbs();
+    double growth = 1;
+    for (const auto& m : orbit.multipliers)
+        growth = std::max(growth, std::abs(m));
+    const double allowed = (1e4 * system.rtol() + 1e-8) * growth * size.norm();
+    return turn.status == Status::ok &&
+           (turn.x - orbit.x_start).norm() <= allowed + 1e-12 * orbit.x_start.norm();
+}
+
+} // namespace detail
+
 /// A cycle that is an orbit already, whether Newton's iteration converges to it or not: at a fold
 /// the shortest step towards the solutions is next to nothing, but the Jacobian is singular.
 inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
@@ -609,7 +632,7 @@ inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
     return c;
 }
 
-/// Newton on a cycle, then all that belongs to an orbit.
+/// Newton on a cycle, then all that belongs to an orbit, and a run to see that it is one.
 inline Orbit solve_orbit(const AnySystem& system, Cycle cycle) {
     detail::refuse_jumps(system);
     Orbit orbit;
@@ -630,6 +653,11 @@ inline Orbit solve_orbit(const AnySystem& system, Cycle cycle) {
     }
     orbit.multipliers = floquet(system, orbit.cycle);
     find_start(system, orbit);
+    if (!detail::is_solution(system, orbit)) {
+        orbit.status = Status::not_converged;
+        orbit.message = "the cycle of the word " + orbit.cycle.word.string() +
+                        " is no solution here: followed from its start the system goes elsewhere";
+    }
     if (system.interrupted()) {
         orbit.status = Status::interrupted;
         orbit.message = message(Status::interrupted);

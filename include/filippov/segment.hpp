@@ -132,6 +132,22 @@ public:
         trace(g).offset = g < Guard<M>::first_section ? guard_value(g, clock_.local, x_) : S(0);
     }
 
+    /// A slide goes on after guard g of its end was met: g starts on a root, and on an intersection
+    /// its attraction does, too, if that ended with s.
+    void go_on_sliding(int g) {
+        start_root(g, 2);
+        if constexpr (M > 1) {
+            const int attraction = Guard<M>::transversal(sliding_surface(mode_));
+            GuardTrace& w = trace(attraction);
+            if (mode_.sliding() < 2 ||
+                !(w.start <= S(4) * touch_band(Guard<M>::below(g / 3), false)))
+                return;
+            w.start_at(w.sense * w.start);
+            w.sense = S(1);
+            start_root(attraction, 2);
+        }
+    }
+
     /// Watches guard g alone, from whichever side it starts on; -1: none.
     void watch_only(int guard) {
         for (int g = 0; g < n_guards; ++g)

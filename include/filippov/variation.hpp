@@ -43,8 +43,10 @@ public:
     using X = Vec<D, N>;
     using P = Params<Sys, D>;
 
-    Variation(const Sys& sys, const P& p, const D& t0, const X& x0, const Settings<R, N>& settings)
-        : sys_(sys), p_(p), values_(values_of(p)), settings_(settings), x_(x0),
+    /// @param held  neighbours of a start that slides do so, too
+    Variation(const Sys& sys, const P& p, const D& t0, const X& x0, const Settings<R, N>& settings,
+              bool held = false)
+        : sys_(sys), p_(p), values_(values_of(p)), settings_(settings), held_(held), x_(x0),
           delay_(infinitesimal(t0)), period_(infinitesimal(period(sys, p))) {}
 
     void take(const StepView<R, N, M>& step) {
@@ -193,6 +195,8 @@ private:
     }
 
     void start(const Clock<R>& clock, const Mode<M>& mode) {
+        if (held_)
+            return force(clock, mode);
         Mode<M> first = mode;
         for (int j = 0; j < M; ++j) {
             if (mode[j] != 0)
@@ -428,6 +432,7 @@ private:
     const P& p_;
     const Params<Sys, R> values_;
     const Settings<R, N>& settings_;
+    const bool held_;
     X x_;
     Mode<M> mode_{};
     const D delay_;  ///< of the start
@@ -467,7 +472,7 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
      const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     using R = Real<D>;
-    detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
+    detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings, known_start.held);
     int section = -1; // the last one met
     // what `ends_at` ended the run at: a change of mode, or an event without one
     bool passed = false, touched = false;

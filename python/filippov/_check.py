@@ -103,7 +103,7 @@ def one_of(name: str, value: object, accepted: Collection[int], expected: str) -
     """One of the accepted integers."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if not among(value, accepted):
+    if isinstance(value, (bool, np.bool_)) or not among(value, accepted):
         refuse(name, value, expected)
     return int(value)  # type: ignore[call-overload, no-any-return]
 

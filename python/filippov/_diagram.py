@@ -285,6 +285,8 @@ def bifurcation_diagram(
     # of a value of the swept parameter that leaves no period the status tells
     swept_default = dict(zip(sys._model.params, sys._model.defaults, strict=True))[parameter]
     forced = sys._forced(Params(dict(fixed) | {parameter: swept_default}))
+    if "jump" in sections and "jump" not in sys.kinds:
+        refuse("section", section, f"expected kinds of event: {sys.name} has no jumps")
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
     eighth_order = choice("method", method, METHODS)

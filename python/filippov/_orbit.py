@@ -155,7 +155,7 @@ class Orbit(Stored):
             "monodromy": (("state", "other"), self.monodromy),
         }
         for name in self.events.dtype.names or ():
-            inner = {"x": "state", "mode_before": "surface", "mode_after": "surface"}
+            inner = {"x": "state", "mode_before": "switch", "mode_after": "switch"}
             dims = ("event", inner[name]) if self.events[name].ndim == 2 else ("event",)
             variables["y" if name == "x" else name] = (dims, self.events[name])
         states = list(self.system.state)

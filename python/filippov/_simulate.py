@@ -182,7 +182,8 @@ def simulate(
     max_events = integer("max_events", max_events)
     policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
     branches = on_nonunique == ALL
-    most = integer("max_branches", max_branches) if branches else 0
+    most = integer("max_branches", max_branches)
+    most = most if branches else 0
     times = None if t_eval is None else _times(t_eval, t0, t_end)
     watched = watch_all(events)
     dense = flag("dense_output", dense_output)

@@ -120,10 +120,25 @@ def test_a_chain_has_orbits_and_multipliers(tmp_path):
     again = fp.periodic_orbit(chain, orbit, params={"V": 0.41})
     assert again.word == orbit.word
     assert again.success
-    assert orbit.to_xarray()["mode_after"].dims == ("event", "surface")
+    assert orbit.to_xarray()["mode_after"].dims == ("event", "switch")
     orbit.save(tmp_path / "orbit.npz")
     assert fp.load(tmp_path / "orbit.npz").word == orbit.word
     assert orbit.plot()
+
+
+def test_an_orbit_of_forced_modes_must_be_a_solution():
+    chain = models.belt_chain_2
+    orbit = fp.periodic_orbit(chain.with_params(V=0.4), x0=[0.5, 0, -0.3, 0])
+    beyond = fp.periodic_orbit(chain, orbit, params={"V": 0.55})
+    assert not beyond.success
+    assert "no solution" in beyond.message
+    fresh = fp.periodic_orbit(chain.with_params(V=0.55), x0=[0.5, 0, -0.3, 0])
+    assert fresh.success
+    assert fresh.word == "0- -- -0 -- +-"
+    block = models.oscillator
+    slides = fp.periodic_orbit(block)
+    moved = fp.periodic_orbit(block, slides, params={"A": 2 * slides.params["A"]})
+    assert not moved.success
 
 
 def test_exponents_of_a_chain():
@@ -160,8 +175,9 @@ def test_maps_of_several_surfaces_and_of_impacts():
         first = fp.section_map(chain, orbit.x0, "exit_sliding", surface=surface)
         second = fp.section_map(chain, first.x, "exit_sliding", surface=surface, t0=first.t)
         assert second.t - first.t == pytest.approx(orbit.period, abs=1e-9)
-    with pytest.raises(ValueError, match="surface = 2"):
-        fp.section_map(chain, orbit.x0, surface=2)
+    for wrong in (2, True):
+        with pytest.raises(ValueError, match=f"surface = {wrong}"):
+            fp.section_map(chain, orbit.x0, surface=wrong)
 
 
 def test_diagrams_of_several_surfaces_and_of_impacts():
@@ -175,6 +191,8 @@ def test_diagrams_of_several_surfaces_and_of_impacts():
         exits = (orbit.events["kind"] == "exit_sliding") & (orbit.events["surface"] == 1)
         seen = diagram.y[0][diagram.value == k]
         np.testing.assert_allclose(seen, orbit.events["x"][exits][0, 0], rtol=0, atol=1e-6)
+    with pytest.raises(ValueError, match="no jumps"):
+        fp.bifurcation_diagram(models.oscillator, A=[0.5], section="jump")
     impacts = fp.bifurcation_diagram(models.impact_belt, A=[0.6], section="jump", keep=50)
     assert impacts.success
     assert impacts.value.size > 10
