@@ -1,4 +1,4 @@
-// expect: filippov: a system needs `f1` and `f2` (or `field` with the blend variable s)
+// expect: filippov: a system needs `f1` and `f2` (or `region` with the sides of its surfaces
 #include <filippov/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
