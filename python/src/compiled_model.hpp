@@ -122,7 +122,7 @@ public:
         if (!stepped_)
             set_first_mode(step.mode);
         if constexpr (has_jumps_v<Sys>)
-            land(step);
+            keep_moved(step.clock, step.clock.absolute(), step.x0, step.mode);
         const bool forward = task_.t_end >= task_.t0;
         const bool wanted = next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1);
         if (solution_ || wanted) {
@@ -152,7 +152,7 @@ public:
         run_.message = result.message();
         run_.counters = result.counters;
         if constexpr (has_jumps_v<Sys>) // a jump in the last instant
-            keep_last(result);
+            keep_moved(result.clock, result.t, result.x, result.mode);
         if (result.status == Status::ok) {
             run_.events.t.back() = task_.t_end;
             if (solution_ && stepped_)
@@ -171,44 +171,27 @@ public:
     }
 
 private:
-    void keep_last(const FlowResult<double, N, M>& result) {
-        const auto moved = [&](const double* x) {
-            return !std::equal(result.x.begin(), result.x.end(), x);
+    /// Keeps a state to which the solution jumped: after a jump the time is there twice, with the
+    /// states before and after.
+    void keep_moved(const Clock<double>& clock, double t, const Vec<double, N>& x,
+                    const Mode<M>& mode) {
+        const auto moved = [&](const double* last) {
+            return !std::equal(x.begin(), x.end(), last);
         };
         if (solution_ && moved(solution_->trajectory.x.back().data())) {
             auto& kept = solution_->trajectory;
-            DensePiece<double, N, M> piece{result.clock, 0.0, result.x, result.mode, {}, false};
+            DensePiece<double, N, M> piece{clock, 0.0, x, mode, {}, false};
             for (auto& c : piece.polynomial.c)
                 c.setZero();
-            piece.polynomial.c[0] = result.x;
-            kept.t.push_back(result.t);
-            kept.x.push_back(result.x);
-            kept.mode.push_back(result.mode);
+            piece.polynomial.c[0] = x;
+            kept.t.push_back(t);
+            kept.x.push_back(x);
+            kept.mode.push_back(mode);
             kept.pieces.push_back(piece);
         }
         if (!task_.t_eval && !run_.x.empty() &&
             moved(run_.x.data() + run_.x.size() - std::size_t(N)))
-            keep(result.t, result.x, result.mode);
-    }
-    /// After a jump of the state the time is there twice, with the states before and after.
-    void land(const StepView<double, N, M>& step) {
-        const auto moved = [&](const double* x) {
-            return !std::equal(step.x0.begin(), step.x0.end(), x);
-        };
-        const double t = step.clock.absolute();
-        if (solution_ && moved(solution_->trajectory.x.back().data())) {
-            auto& kept = solution_->trajectory;
-            DensePiece<double, N, M> piece{step.clock, 0.0, step.x0, step.mode, {}, false};
-            for (auto& c : piece.polynomial.c)
-                c.setZero();
-            piece.polynomial.c[0] = step.x0;
-            kept.t.push_back(t);
-            kept.x.push_back(step.x0);
-            kept.mode.push_back(step.mode);
-            kept.pieces.push_back(piece);
-        }
-        if (!task_.t_eval && moved(run_.x.data() + run_.x.size() - std::size_t(N)))
-            keep(t, step.x0, step.mode);
+            keep(t, x, mode);
     }
     static void append(std::vector<signed char>& column, const Mode<M>& mode) {
         column.insert(column.end(), mode.side.begin(), mode.side.end());
