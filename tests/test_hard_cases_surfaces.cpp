@@ -7,6 +7,7 @@
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/impacts.hpp>
 #include <filippov/models/switches.hpp>
+#include <filippov/trajectory.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -590,6 +591,12 @@ TEMPLATE_TEST_CASE("H30: a jump in the last instant has happened", "[hard]", Dor
     CHECK(r.events[1].t == Approx(1).epsilon(1e-15));
     CHECK(r.result.x[1] == Approx(1).epsilon(1e-15));
     CHECK(r.events.back().x_left == r.result.x);
+    // a trajectory keeps both states, each with its piece; at the event it has the one before
+    const auto kept =
+        simulate<TestType>(models::BouncingBall{}, {2, 0.5}, V2(1, 0), 0, 1, bounded<2>(1e-9));
+    CHECK(kept.pieces.size() + 1 == kept.t.size());
+    CHECK(kept.x.back() == kept.result.x);
+    CHECK(kept(kept.events[1].t)[1] == Approx(-2).epsilon(1e-9));
 }
 
 TEMPLATE_TEST_CASE("H30: a jump that leads nowhere is refused with its reason", "[hard]",

@@ -19,6 +19,16 @@ template <class S, int N, int M> struct DensePiece {
     bool closed_form = false;        ///< a slide that the system evaluates itself
 };
 
+/// A piece of no length: the state after a jump.
+template <class S, int N, int M>
+DensePiece<S, N, M> resting_piece(const Clock<S>& clock, const Vec<S, N>& x, const Mode<M>& mode) {
+    DensePiece<S, N, M> piece{clock, S(0), x, mode, {}, false};
+    for (auto& c : piece.polynomial.c)
+        c.setZero();
+    piece.polynomial.c[0] = x;
+    return piece;
+}
+
 /// Result of `simulate`.
 template <class Sys, class S> struct Trajectory {
     static constexpr int N = dim_v<Sys>;
@@ -37,7 +47,7 @@ template <class Sys, class S> struct Trajectory {
 
     bool dense() const { return !pieces.empty(); }
 
-    /// State at time t between the first and the last; at an event the state there.
+    /// State at time t between the first and the last; at a jump the state before it.
     /// @error std::out_of_range outside, std::logic_error without dense output
     Vec<S, N> operator()(const S& time) const {
         const auto& piece = piece_at(time);
@@ -96,14 +106,15 @@ template <class Sys, class S, bool Dense> struct Recorder {
         trajectory.events.push_back(event);
         if constexpr (has_jumps_v<Sys>) // a jump in the last instant
             if (event.kind == EventKind::end && event.x_right != trajectory.x.back())
-                add(event.t, event.x_right, event.mode_after);
+                land(Clock<S>::at(event.t, period(trajectory.sys, trajectory.p)), event.t,
+                     event.x_right, event.mode_after);
     }
     template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
         if (trajectory.t.size() == 1)
             trajectory.mode.front() = step.mode;
         if constexpr (has_jumps_v<Sys>)
             if (step.x0 != trajectory.x.back())
-                land(step);
+                land(step.clock, step.clock.absolute(), step.x0, step.mode);
         add(step.end.absolute(), step.x1, step.mode);
         if constexpr (Dense) {
             DensePiece<S, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
@@ -116,15 +127,10 @@ template <class Sys, class S, bool Dense> struct Recorder {
 
 private:
     /// After a jump of the state the time is there twice, with the states before and after.
-    void land(const StepView<S, N, M>& step) {
-        add(step.clock.absolute(), step.x0, step.mode);
-        if constexpr (Dense) {
-            DensePiece<S, N, M> piece{step.clock, S(0), step.x0, step.mode, {}, false};
-            for (auto& c : piece.polynomial.c)
-                c.setZero();
-            piece.polynomial.c[0] = step.x0;
-            trajectory.pieces.push_back(piece);
-        }
+    void land(const Clock<S>& clock, const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
+        add(t, x, mode);
+        if constexpr (Dense)
+            trajectory.pieces.push_back(resting_piece(clock, x, mode));
     }
     void add(const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
         trajectory.t.push_back(t);

@@ -180,14 +180,10 @@ private:
         };
         if (solution_ && moved(solution_->trajectory.x.back().data())) {
             auto& kept = solution_->trajectory;
-            DensePiece<double, N, M> piece{clock, 0.0, x, mode, {}, false};
-            for (auto& c : piece.polynomial.c)
-                c.setZero();
-            piece.polynomial.c[0] = x;
             kept.t.push_back(t);
             kept.x.push_back(x);
             kept.mode.push_back(mode);
-            kept.pieces.push_back(piece);
+            kept.pieces.push_back(resting_piece(clock, x, mode));
         }
         if (!task_.t_eval && !run_.x.empty() &&
             moved(run_.x.data() + run_.x.size() - std::size_t(N)))
