@@ -29,11 +29,22 @@ FLOORS: list[list[str]] = [
         "status",
         "parallel",
         "elimination",
+        "expression",
+        "tape",
     ],
     # 1: what a system is
     ["system"],
     # 2: geometry at the surface
-    ["derivatives", "surface", "sliding", "intersection", "mode", "junction"],
+    [
+        "derivatives",
+        "surface",
+        "sliding",
+        "intersection",
+        "mode",
+        "junction",
+        "split",
+        "tape_system",
+    ],
     # 3: integration
     ["runge_kutta", "dormand_prince5", "dormand_prince8", "control", "roots"],
     # 4: trajectories

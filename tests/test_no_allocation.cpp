@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The step loop does not allocate: the global allocator counts, and Eigen's own asserts.
 #define EIGEN_RUNTIME_NO_MALLOC
+#include "formulas.hpp"
 #include "run.hpp"
 
 #include <filippov/diagram.hpp>
@@ -69,7 +70,7 @@ void check(const Sys& sys, const Vec<double, dim_v<Sys>>& x0, double t_end) {
     auto settings = tolerance<N>(1e-9);
     settings.closed_form_slides = GENERATE(true, false);
     settings.first_step = 3; // far too long: to be rejected
-    const auto p = default_params<Sys>();
+    const auto p = all_params<double>(sys, default_values(sys));
     EventLog<double, N, 1> log;
     log.events.reserve(1000);
     Counters counters;
@@ -107,6 +108,11 @@ TEST_CASE("no_allocation: the counter counts", "[no_allocation]") {
 TEMPLATE_TEST_CASE("no_allocation: a run into a log with room allocates nothing", "[no_allocation]",
                    DormandPrince5, DormandPrince8) {
     check<TestType>(models::Oscillator{}, Vec<double, 2>(0, 0), 100);
+}
+
+TEST_CASE("no_allocation: a run of formulas allocates nothing", "[no_allocation]") {
+    const auto formulas = tests::tape_system<2>(tests::oscillator_formulas());
+    check<DormandPrince5>(formulas, Vec<double, 2>(0, 0), 100);
 }
 
 TEST_CASE("no_allocation: a run with integrated slides allocates nothing", "[no_allocation]") {

@@ -69,7 +69,7 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
     /// A population of the system's own sizes.
     class Sized final : public Population<N, P> {
     public:
-        explicit Sized(AnyPopulation& any) : any_(any) {
+        Sized(const Sys& sys, AnyPopulation& any) : sys_(sys), any_(any) {
             this->same_params = any.same_params;
             this->ends_at_exit = any.ends_at_exit;
             if (!any.escape.empty())
@@ -77,8 +77,9 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
         }
         Member<N, P> member(std::size_t id) override {
             Member<N, P> m;
-            MemberView view{{m.x.data(), N}, {m.p.data(), P}};
+            MemberView view{{m.x.data(), N}, {m.p.data(), std::size_t(given_params(sys_))}};
             any_.member(id, view);
+            m.p = all_params<double>(sys_, view.p);
             m.t0 = view.t0;
             m.t_end = view.t_end;
             return m;
@@ -93,6 +94,7 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
         static OutcomeView view(const Outcome<N>& o) {
             return {o.status, o.clock, {o.x.data(), N}, o.mode, o.events, o.slides, o.slide_time};
         }
+        const Sys& sys_;
         AnyPopulation& any_;
     };
 
@@ -101,13 +103,13 @@ public:
         : sys_(std::move(sys)), scalar_(std::move(scalar)) {}
 
     int dim() const override { return N; }
-    int params() const override { return P; }
+    int params() const override { return given_params(sys_); }
     int width() const override { return RunsInLanes<Sys> ? W : 1; }
     PopulationRun run(std::size_t n, AnyPopulation& population, const EnsembleSettings& settings,
                       const Parallel& how) const override {
         if (!population.escape.empty() && population.escape.size() != std::size_t(N))
             refuse("escape.size()", double(population.escape.size()), "expected dim entries");
-        Sized sized(population);
+        Sized sized(sys_, population);
         const auto own = sized_settings<N>(settings);
         const auto engine =
             std::static_pointer_cast<const ScalarEngine<N, P>>(scalar_->engine(settings));

@@ -45,11 +45,11 @@ constexpr int mode_entry(int code, int j) {
         code = (code - ((code % 3 + 4) % 3 - 1)) / 3;
     return (code % 3 + 4) % 3 - 1;
 }
-/// The mode with this code.
-template <int M> Mode<M> mode_of(int code) {
+/// The mode of the first n surfaces with this code; the others are not met, and above.
+template <int M> Mode<M> mode_of(int code, int n = M) {
     Mode<M> mode;
     for (int j = 0; j < M; ++j)
-        mode.set(j, mode_entry(code, j));
+        mode.set(j, j < n ? mode_entry(code, j) : 1);
     return mode;
 }
 /// How many surfaces it slides on.
@@ -250,29 +250,29 @@ public:
 
     int dim() const override { return N; }
     std::vector<SurfaceKind> kinds() const override {
-        return {kinds_v<Sys>.begin(), kinds_v<Sys>.end()};
+        std::vector<SurfaceKind> all;
+        for (int j = 0; j < surface_count(sys_); ++j)
+            all.push_back(kind_of_surface(sys_, j));
+        return all;
     }
-    std::vector<std::string> params() const override {
-        if constexpr (P > 0)
-            return {Sys::params.begin(), Sys::params.end()};
-        else
-            return {};
+    std::vector<std::string> params() const override { return param_names(sys_); }
+    Vector defaults() const override {
+        const std::vector<double> values = default_values(sys_);
+        return Eigen::Map<const Vector>(values.data(), Eigen::Index(values.size()));
     }
-    Vector defaults() const override { return default_params<Sys>(); }
     double rtol() const override { return settings_.rtol; }
-    bool forced() const override { return HasPeriod<Sys, double>; }
+    bool forced() const override { return is_forced<double>(sys_); }
     PeriodJet period(const Vector& p, const Directions& along) const override {
         using Inner = Dual<double, 2>;
         using D = Dual<Inner, 2>;
-        Vec<D, P> q;
-        for (int i = 0; i < P; ++i)
-            q[i] = D(p[i]);
+        std::vector<D> q(p.begin(), p.end());
         for (int k = 0; k < 2; ++k)
             if (const int i = along.active[std::size_t(k)]; i >= 0) {
-                q[i] = D(Inner::variable(p[i], k));
-                q[i].d[std::size_t(k)] = Inner(1);
+                D& moves = q[std::size_t(i)];
+                moves = D(Inner::variable(p[i], k));
+                moves.d[std::size_t(k)] = Inner(1);
             }
-        const D T = filippov::period(sys_, q);
+        const D T = filippov::period(sys_, all_params<D>(sys_, q));
         PeriodJet jet;
         jet.value = T.v.v;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -281,11 +281,9 @@ public:
         }
         return jet;
     }
-    double s_max(const Vector& p) const override {
-        return filippov::s_max(sys_, Vec<double, P>(p));
-    }
+    double s_max(const Vector& p) const override { return filippov::s_max(sys_, values_of(p)); }
     Vector field(int mode, double t, const Vector& x, const Vector& p) const override {
-        return field_of(mode)(t, X(x), Vec<double, P>(p));
+        return field_of(mode)(t, X(x), values_of(p));
     }
 
     Jet rate(int mode, double t, const Vector& x, const Vector& p,
@@ -312,7 +310,7 @@ public:
         auto settings = settings_;
         settings.max_steps = std::min(settings.max_steps, most_arc_steps);
         return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
-            const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_of<M>(mode),
+            const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_with(mode),
                                             state_of<D>(x, along), moving<D>(t0, N, along),
                                             moving<D>(t1, N + 1, along), settings, interrupted_);
             add(r.run.counters);
@@ -338,8 +336,8 @@ public:
             throw std::logic_error("filippov: minima of a segment are for one surface");
         if (!finite(t0, x, t1, p))
             return {};
-        const Mode<M> m = mode_of<M>(mode);
-        const Vec<double, P> q(p);
+        const Mode<M> m = mode_with(mode);
+        const Vec<double, P> q = values_of(p);
         std::vector<Sample> samples;
         const auto keep = [&](const Clock<double>& clock, double dt, const X& y) {
             const double t = clock.local + dt;
@@ -369,7 +367,7 @@ public:
             const Quantity slope{mode != 0 ? Quantity::Kind::h : Quantity::Kind::margin, side, 1};
             const auto rate = [&](const Sample& sample) {
                 return (mode != 0 ? mode : 1) *
-                       quantity_of(slope, sample.t, sample.x, Vec<double, P>(p));
+                       quantity_of(slope, sample.t, sample.x, values_of(p));
             };
             collect(samples, which, side, rate(samples.front()), rate(samples.back()), found);
         };
@@ -391,14 +389,14 @@ public:
             if (e.kind != EventKind::start && e.kind != EventKind::end)
                 history.events.push_back(happening(e));
         };
-        const auto r = flow<Tableau>(sys_, Vec<double, P>(p), X(x), t0, t_end, settings_, listener);
+        const auto r = flow<Tableau>(sys_, values_of(p), X(x), t0, t_end, settings_, listener);
         add(r.counters);
         history.status = r.status;
         history.message = r.message();
         history.t = r.t;
         history.x = r.x;
-        history.mode = r.mode.code();
-        history.surfaces = M;
+        history.mode = code_of(r.mode);
+        history.surfaces = surfaces();
         history.counters = r.counters;
         return history;
     }
@@ -428,7 +426,7 @@ public:
             return journey;
         depend_on_start_time(journey.first, leg.t0, leg.x, p, along, journey.end);
         if (r.run.status == Status::ok) {
-            depend_on_end_time(r.run.mode.code(), leg.t_end, r.x, p, along, journey.end);
+            depend_on_end_time(code_of(r.run.mode), leg.t_end, r.x, p, along, journey.end);
             journey.end.slope(N, N + 1) = 1;
         }
         return journey;
@@ -451,27 +449,29 @@ private:
             if (e.kind != EventKind::start && e.mode_before == e.mode_after)
                 return;
             if (journey.word.empty())
-                journey.first = e.mode_after.code();
-            else if (M > 1)
+                journey.first = system.code_of(e.mode_after);
+            else if (system.surfaces() > 1)
                 journey.word += ' ';
-            journey.last = e.mode_after.code();
-            journey.word += mode_text(journey.last, M);
+            journey.last = system.code_of(e.mode_after);
+            journey.word += mode_text(journey.last, system.surfaces());
             journey.slides += e.mode_after.sliding() > 0;
             journey.lost = std::max(journey.lost, lost_in(e.mode_after));
         }
         /// Sliding leaves the directions of the surface, contact also fixes the speed.
-        static int lost_in(const Mode<M>& mode) {
+        int lost_in(const Mode<M>& mode) const {
             int lost = 0;
             for (int j = 0; j < M; ++j)
                 if (mode[j] == 0)
-                    lost += is_kind<Sys>(j, SurfaceKind::jump) ? 2 : 1;
+                    lost += is_kind(system.sys_, j, SurfaceKind::jump) ? 2 : 1;
             return std::min(lost, N);
         }
-        bool ends_at(const Event<double, N, M>& e) { return leg.ends && leg.ends(happening(e)); }
+        bool ends_at(const Event<double, N, M>& e) {
+            return leg.ends && leg.ends(system.happening(e));
+        }
         bool interrupted() { return system.interrupted(); }
     };
-    static Happening happening(const Event<double, N, M>& e) {
-        return {e.kind, e.t,       e.x_left,  e.mode_before.code(), e.mode_after.code(),
+    Happening happening(const Event<double, N, M>& e) const {
+        return {e.kind, e.t,       e.x_left,  code_of(e.mode_before), code_of(e.mode_after),
                 e.s,    e.surface, e.contacts};
     }
     /// An iteration may go anywhere; a run that cannot begin is a status like any other.
@@ -485,8 +485,8 @@ private:
     }
     std::optional<Jet> rise_of_one(int side, int order, double t0, const Vector& x, double t1,
                                    const Vector& p, const Directions& along) const {
-        const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p), X(x),
-                                                       Vec<double, P>(p));
+        const auto plain =
+            lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p), X(x), values_of(p));
         const double tau = std::abs(t1 - t0);
         // The last two terms stand for the remainder.
         double largest = 0, last = 0, factor = 1;
@@ -561,7 +561,7 @@ private:
     }
 
     auto field_of(int mode) const {
-        return [this, m = mode_of<M>(mode)](const auto& t, const auto& x, const auto& p) {
+        return [this, m = mode_with(mode)](const auto& t, const auto& x, const auto& p) {
             return mode_field(sys_, m, t, x, p);
         };
     }
@@ -573,7 +573,7 @@ private:
     }
     template <class D>
     D quantity_of(const Quantity& q, const D& t, const Vec<D, N>& x, const Vec<D, P>& p) const {
-        const Mode<M> slide = mode_of<M>(q.slide);
+        const Mode<M> slide = mode_with(q.slide);
         const auto margin = [&](const auto& time, const auto& y, const auto& r) {
             using S = std::remove_cvref_t<decltype(time)>;
             const auto m = sliding_margin(sys_, slide, q.surface, time, y, r);
@@ -623,9 +623,12 @@ private:
         x.d[std::size_t(i)] = 1.0;
         return x;
     }
+    Mode<M> mode_with(int code) const { return mode_of<M>(code, surface_count(sys_)); }
+    int code_of(const Mode<M>& mode) const { return mode.code(surface_count(sys_)); }
+    Vec<double, P> values_of(const Vector& p) const { return all_params<double>(sys_, p); }
     /// Local time within the period: what the fields see.
     double local(double t, const Vector& p) const {
-        return Clock<double>::at(t, filippov::period(sys_, Vec<double, P>(p))).local;
+        return Clock<double>::at(t, filippov::period(sys_, values_of(p))).local;
     }
     template <class D> static D time_of(double t, const Directions& along) {
         return variable<D>(t, N, along);
@@ -636,15 +639,13 @@ private:
             y[i] = variable<D>(x[i], i, along);
         return y;
     }
-    template <class D> static Vec<D, P> params_of(const Vector& p, const Directions& along) {
+    template <class D> Vec<D, P> params_of(const Vector& p, const Directions& along) const {
         constexpr int first = int(std::tuple_size_v<decltype(D::d)>) - 2;
-        Vec<D, P> q;
-        for (int i = 0; i < P; ++i)
-            q[i] = D(p[i]);
+        std::vector<D> q(p.begin(), p.end());
         for (int k = 0; k < 2; ++k)
             if (const int i = along.active[std::size_t(k)]; i >= 0)
-                q[i] = variable<D>(p[i], first + k, along);
-        return q;
+                q[std::size_t(i)] = variable<D>(p[i], first + k, along);
+        return all_params<D>(sys_, q);
     }
     template <class D, int R> static Jet jet(const Vec<D, R>& value, const Directions& along) {
         constexpr int count = int(std::tuple_size_v<decltype(D::d)>);

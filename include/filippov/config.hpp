@@ -22,3 +22,10 @@
 #define FILIPPOV_COLD
 #define FILIPPOV_NOINLINE
 #endif
+
+#if defined(__GNUC__) || defined(__clang__)
+/// Never reached: a switch needs no test for it.
+#define FILIPPOV_UNREACHABLE() __builtin_unreachable()
+#else
+#define FILIPPOV_UNREACHABLE() ((void)0)
+#endif

@@ -34,6 +34,8 @@ State<Sys, S> grad_h(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
                      const Params<Sys, S>& p) {
     if constexpr (HasGradH<Sys, S>) {
         return sys.grad_h(t, x, p);
+    } else if constexpr (HasGradients<Sys, S>) {
+        return sys.grad_h(j, t, x, p);
     } else {
         const auto q = lift<1>(p);
         State<Sys, S> gradient;
@@ -52,6 +54,8 @@ template <class Sys, class S>
 S h_t(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
     if constexpr (HasHt<Sys, S>) {
         return sys.h_t(t, x, p);
+    } else if constexpr (HasGradients<Sys, S>) {
+        return sys.h_t(j, t, x, p);
     } else {
         const auto q = lift<1>(p);
         const auto h = [&](const auto& tau, const auto& y) { return switching(sys, tau, y, q)[j]; };

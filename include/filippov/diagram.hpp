@@ -223,7 +223,7 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     S sum(0);
     for (int i = 0; i < params_v<Sys>; ++i)
         sum += p[i] * S(0);
-    if (!(sum == S(0)) || (HasPeriod<Sys, S> && !(T > S(0) && T * S(0) == S(0)))) {
+    if (!(sum == S(0)) || (is_forced<S>(sys) && !(T > S(0) && T * S(0) == S(0)))) {
         value.status = Status::not_finite;
         value.message = "The parameters are not finite, or the period is not a finite number > 0.";
         return;
@@ -265,7 +265,7 @@ bifurcation_diagram(const Sys& sys, std::span<const Params<Sys, std::type_identi
                     const Vec<S, dim_v<Sys>>& x0, const DiagramSettings<S, dim_v<Sys>>& settings,
                     const Sec& watched = {}) {
     require_system<Sys>();
-    detail::validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, HasPeriod<Sys, S>);
+    detail::validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
     validate_start(x0, S(0), S(1), default_params<Sys, S>());
     std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
     const std::size_t n = params.size();

@@ -124,7 +124,7 @@ private:
             return start_as_known();
         const auto [mode, contacts] = place();
         for (int j = 0; j < M; ++j)
-            if (is_kind<Sys>(j, SurfaceKind::jump) && mode[j] < 0)
+            if (is_kind(sys_, j, SurfaceKind::jump) && mode[j] < 0)
                 return segment_.fail(Status::escaped, "starts beyond a surface with jumps", j);
         segment_.enter(mode);
         if (contacts.n > 0) {
@@ -153,7 +153,7 @@ private:
             if (abs(h[j]) <= start_band(sys_, j, t, segment_.x(), p_, X(settings_.atol)) ||
                 (j == met && abs(h[j]) <= abs(h_met))) {
                 contacts.add(j);
-                if (is_kind<Sys>(j, SurfaceKind::jump))
+                if (is_kind(sys_, j, SurfaceKind::jump))
                     mode.set(j, +1);
             }
         }
@@ -162,7 +162,7 @@ private:
 
     /// Puts the state on surfaces that meet.
     Status settle(const Mode<M>& mode, const SurfaceSet<M>& on) {
-        return settle(Constraints<Sys>(mode, on));
+        return settle(Constraints<Sys>(sys_, mode, on));
     }
     Status settle(const Constraints<Sys>& all) {
         const S t = segment_.clock().local;
@@ -212,7 +212,7 @@ private:
     Status judge(const Mode<M>& before, const SurfaceSet<M>& on, int guard) {
         contacts_ = on;
         const int j = guard >= 0 ? guard / 3 : on[0];
-        const bool one = on.n == 1 && !is_kind<Sys>(j, SurfaceKind::jump);
+        const bool one = on.n == 1 && !is_kind(sys_, j, SurfaceKind::jump);
         Verdict<M> v = one ? judge_one(before, on[0], guard) : judge_several(before, on, guard);
         if (!v.finite)
             return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
@@ -236,7 +236,8 @@ private:
             return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
         if constexpr (has_jumps_v<Sys>) // in contact the normal speed is zero, too
             if (v.mode.sliding() > 0)
-                if (const Status status = settle(Constraints<Sys>(v.mode)); status != Status::ok)
+                if (const Status status = settle(Constraints<Sys>(sys_, v.mode));
+                    status != Status::ok)
                     return status;
         segment_.enter(v.mode);
         for (const int k : on) {
@@ -257,8 +258,8 @@ private:
         Mode<M> held = segment_.mode();
         for (const int k : on)
             held.set(k, 0);
-        return independent(sys_, Constraints<Sys>(held), segment_.clock().local, segment_.x(), p_,
-                           segment_.scale());
+        return independent(sys_, Constraints<Sys>(sys_, held), segment_.clock().local, segment_.x(),
+                           p_, segment_.scale());
     }
     Verdict<M> judge_one(const Mode<M>& before, int j, int guard) const {
         Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
@@ -272,7 +273,7 @@ private:
         }
         Verdict<M> v = admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_,
                                   arrival, settings_.on_nonunique);
-        if (is_kind<Sys>(j, SurfaceKind::kink) && v.below.sign != 0) {
+        if (is_kind(sys_, j, SurfaceKind::kink) && v.below.sign != 0) {
             v.unique = true; // the field is continuous: both sides' departures are the same
             v.mode.set(j, v.below.sign);
             v.starts = starts_at(v, v.mode, j);
@@ -412,7 +413,7 @@ private:
         const S t = segment_.clock().local;
         const X& x = segment_.x();
         for (int j = 0; j < M; ++j) {
-            if (!is_kind<Sys>(j, SurfaceKind::jump) || mode[j] == 0)
+            if (!is_kind(sys_, j, SurfaceKind::jump) || mode[j] == 0)
                 continue;
             if (contacts.contains(j) ? is_thrown(sys_, mode, j, t, x, p_, segment_.direction())
                                      : mode[j] < 0)
@@ -494,7 +495,7 @@ private:
         Mode<M> held = before;
         for (const int k : on)
             held.set(k, 0);
-        const Constraints<Sys> rest(held);
+        const Constraints<Sys> rest(sys_, held);
         const X x = project(sys_, rest, t, limit->x, p_, segment_.scale());
         if (!near(x, limit->x, field) || !keeps_sides(held, t, x) ||
             !independent(sys_, rest, t, x, p_, segment_.scale()))
@@ -522,7 +523,7 @@ private:
             const S band =
                 rounding_band(sys_, k, t, x, p_) + change_over(sys_, k, t, x, p_, segment_.scale());
             if (on.contains(k) ||
-                (is_kind<Sys>(k, SurfaceKind::jump) && abs(switching(sys_, t, x, p_)[k]) <= band))
+                (is_kind(sys_, k, SurfaceKind::jump) && abs(switching(sys_, t, x, p_)[k]) <= band))
                 all.add(k);
         }
         on = all;
@@ -565,7 +566,7 @@ private:
         after.set(j, -before[j]);
         const SurfaceSet<M> on = slid_surfaces(before);
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind<Sys>(j, SurfaceKind::jump))
+            if (is_kind(sys_, j, SurfaceKind::jump))
                 return jump(before, j);
         if (on.n > 0)
             return judge(after, on, -1);
@@ -655,7 +656,7 @@ private:
             return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
         if (contact)
             j = surface;
-        if (is_kind<Sys>(j, SurfaceKind::jump)) // free; in contact there is a force and no s
+        if (is_kind(sys_, j, SurfaceKind::jump)) // free; in contact there is a force and no s
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
         mode.set(j, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;

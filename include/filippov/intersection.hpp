@@ -142,7 +142,7 @@ FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys
                                              const State<Sys, S>& x, const Params<Sys, S>& p) {
     constexpr int M = surfaces_v<Sys>;
     const int n = std::min(on.n, M);
-    const auto jumps = [&](int i) { return is_kind<Sys>(on[i], SurfaceKind::jump); };
+    const auto jumps = [&](int i) { return is_kind(sys, on[i], SurfaceKind::jump); };
     Regions<Sys, S> r;
     r.on = on;
     r.flow.n = n;

@@ -13,7 +13,7 @@ template <class Sys, class S>
 std::array<S, 2> free_rates(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
                             const State<Sys, S>& x, const Params<Sys, S>& p) {
     for (int k = 0; k < surfaces_v<Sys>; ++k) // free of this one and of others like it
-        if (is_kind<Sys>(k, SurfaceKind::jump))
+        if (is_kind(sys, k, SurfaceKind::jump))
             mode.set(k, +1);
     const auto field = [&](const auto& time, const auto& y, const auto& q) {
         return mode_field(sys, mode, time, y, q);
@@ -125,10 +125,10 @@ private:
 
     /// A kink is always crossed, and contact is for what does not leave.
     bool may_slide(int j) const {
-        if (is_kind<Sys>(j, SurfaceKind::kink))
+        if (is_kind(sys_, j, SurfaceKind::kink))
             return false;
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind<Sys>(j, SurfaceKind::jump))
+            if (is_kind(sys_, j, SurfaceKind::jump))
                 return normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction) == 0 &&
                        !(arrival_.direction > 0 && throws_from_rest(sys_, mode_, j, t_, x_, p_));
         return true;
@@ -139,7 +139,7 @@ private:
         using std::abs;
         const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
         // The share of a push has no scale.
-        const S band = is_kind<Sys>(j, SurfaceKind::jump) ? S(0) : noise;
+        const S band = is_kind(sys_, j, SurfaceKind::jump) ? S(0) : noise;
         if (!at_end && !(abs(margin) <= band))
             return margin > S(0);
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
@@ -164,7 +164,7 @@ private:
     bool keeps_side(int i, const Blend<S, M>& blend, const SlideEnd<M>& exit, int& order) {
         using std::abs;
         const int j = regions_.on[i];
-        const bool jumps = is_kind<Sys>(j, SurfaceKind::jump);
+        const bool jumps = is_kind(sys_, j, SurfaceKind::jump);
         if (jumps && mode_[j] < 0)
             return false;
         order = 1;

@@ -183,7 +183,7 @@ public:
         end.status = r.status;
         end.clock = r.clock;
         end.x = r.x;
-        end.mode = r.mode.code();
+        end.mode = r.mode.code(surface_count(sys_));
         end.steps = r.counters.steps + r.counters.rejected;
         return end;
     }

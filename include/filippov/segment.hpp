@@ -106,7 +106,7 @@ public:
         if (changed)
             have_k0_ = false;
         mode_ = mode;
-        held_ = Constraints<Sys>(mode);
+        held_ = Constraints<Sys>(sys_, mode);
         list_active();
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * resolution())
             choose_first_step();
@@ -206,7 +206,7 @@ public:
     Stop advance() {
         if (const int j = sliding_surface(mode_); j >= 0) {
             if constexpr (HasSlidingFlow<Sys, S>)
-                if (settings_.closed_form_slides)
+                if (settings_.closed_form_slides && slides_in_closed_form<S>(sys_))
                     return run_closed_form();
             return run(SlideRhs{*this});
         }
@@ -455,7 +455,7 @@ private:
             return S(0);
         const int j = g / 3;
         const bool fixed = settings_.fixed_step > S(0);
-        if (mode_[j] == 0 && is_kind<Sys>(j, SurfaceKind::jump))
+        if (mode_[j] == 0 && is_kind(sys_, j, SurfaceKind::jump))
             return S(0); // a share of the push has no scale
         if (mode_[j] == 0)
             return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : settings_.rtol);
@@ -468,7 +468,7 @@ private:
     /// True if the far side of surface j leads back to it: a touch within the tolerance then
     /// changes nothing.
     bool far_side_attracts(int j, const S& t, const X& x) const {
-        if (is_kind<Sys>(j, SurfaceKind::jump))
+        if (is_kind(sys_, j, SurfaceKind::jump))
             return true; // there is no far side: a jump from a touch changes nothing either
         Mode<M> far = mode_;
         far.set(j, -mode_[j]);

@@ -55,15 +55,23 @@ template <class Sys, class S>
 FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
                                         const S& t, const State<Sys, S>& x,
                                         const Params<Sys, S>& p) {
-    const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
     Sliding<Sys, S> r;
-    r.w = b.l1 - b.l2;
-    // (1 - s)/2 = -L2/(L1 - L2) and (1 + s)/2 = L1/(L1 - L2): no cancellation at either end.
-    const S share1 = -b.l2 / r.w, share2 = b.l1 / r.w;
-    for (int i = 0; i < dim_v<Sys>; ++i)
-        r.f[i] = share1 * b.f1[i] + share2 * b.f2[i];
-    r.below = share2 + share2;
-    r.above = share1 + share1;
+    if constexpr (HasSlideField<Sys, S>) {
+        const Vec<S, 2> l = sys.slide_components(t, x, p);
+        r.w = l[0] - l[1];
+        r.f = sys.slide_field(t, x, p);
+        r.below = S(2) * l[0] / r.w;
+        r.above = S(-2) * l[1] / r.w;
+    } else {
+        const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
+        r.w = b.l1 - b.l2;
+        // (1 - s)/2 = -L2/(L1 - L2) and (1 + s)/2 = L1/(L1 - L2): no cancellation at either end.
+        const S share1 = -b.l2 / r.w, share2 = b.l1 / r.w;
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            r.f[i] = share1 * b.f1[i] + share2 * b.f2[i];
+        r.below = share2 + share2;
+        r.above = share1 + share1;
+    }
     return r;
 }
 
@@ -86,6 +94,10 @@ FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<S
     if constexpr (HasEquivalentControl<Sys, S>) {
         const S s = sys.equivalent_control(t, x, p);
         return {s, S(1) + s, S(1) - s, S(1)};
+    } else if constexpr (HasSlideComponents<Sys, S>) {
+        const Vec<S, 2> l = sys.slide_components(t, x, p);
+        const S w = l[0] - l[1];
+        return {(l[0] + l[1]) / w, S(2) * l[0] / w, S(-2) * l[1] / w, w};
     } else {
         const Sides<Sys, S> b = both_sides(sys, mode, sliding_surface(mode), t, x, p);
         const S w = b.l1 - b.l2;

@@ -151,13 +151,14 @@ public:
 
     Constraints() = default;
     /// Those of a mode.
-    explicit Constraints(const Mode<M>& mode) : side_(region_of(mode)) {
+    Constraints(const Sys& sys, const Mode<M>& mode) : side_(region_of(mode)) {
         for (int j = 0; j < M; ++j)
             if (mode[j] == 0)
-                add(j, is_kind<Sys>(j, SurfaceKind::jump));
+                add(j, is_kind(sys, j, SurfaceKind::jump));
     }
     /// Those of a mode, and h_j = 0 of some surfaces more.
-    Constraints(const Mode<M>& mode, const SurfaceSet<M>& met) : Constraints(mode) {
+    Constraints(const Sys& sys, const Mode<M>& mode, const SurfaceSet<M>& met)
+        : Constraints(sys, mode) {
         for (const int j : met)
             if (mode[j] != 0)
                 add(j, false);

@@ -7,7 +7,9 @@
 
 #include <array>
 #include <iterator>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace filippov {
 
@@ -24,6 +26,15 @@ inline constexpr int surfaces_v = [] {
     else
         return 1;
 }();
+
+/// How many surfaces there are. A system that is made at run time may have fewer than it is
+/// compiled for, and says so itself, by `count()`: the others come last, and are never met.
+template <class Sys> int surface_count([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.count(); })
+        return sys.count();
+    else
+        return surfaces_v<Sys>;
+}
 
 /// Number of parameters: the length of `params`, 0 if absent.
 template <class Sys>
@@ -57,8 +68,15 @@ inline constexpr std::array<SurfaceKind, std::size_t(surfaces_v<Sys>)> kinds_v =
     }
     return kinds;
 }();
-template <class Sys> constexpr bool is_kind(int j, SurfaceKind kind) {
-    return kinds_v<Sys>[std::size_t(j)] == kind;
+/// The kind of surface j; a system that is made at run time says so itself, by `kind(j)`.
+template <class Sys> constexpr SurfaceKind kind_of_surface([[maybe_unused]] const Sys& sys, int j) {
+    if constexpr (requires { sys.kind(j); })
+        return sys.kind(j);
+    else
+        return kinds_v<Sys>[std::size_t(j)];
+}
+template <class Sys> constexpr bool is_kind(const Sys& sys, int j, SurfaceKind kind) {
+    return kind_of_surface(sys, j) == kind;
 }
 /// True if the state jumps at some surface.
 template <class Sys>
@@ -70,7 +88,7 @@ inline constexpr bool has_jumps_v = [] {
 }();
 /// True of one surface at which only the field jumps: what everything in closed form is for.
 template <class Sys>
-inline constexpr bool single_v = surfaces_v<Sys> == 1 && is_kind<Sys>(0, SurfaceKind::switching);
+inline constexpr bool single_v = surfaces_v<Sys> == 1 && kinds_v<Sys>[0] == SurfaceKind::switching;
 
 template <class Sys, class S> using State = Vec<S, dim_v<Sys>>;
 template <class Sys, class S> using Params = Vec<S, params_v<Sys>>;
@@ -90,10 +108,10 @@ template <int M> struct Mode {
             n += v == 0;
         return n;
     }
-    /// One number for all: the sum of mode[j] 3^j, for one surface its mode.
-    int code() const {
+    /// One number for all, or for the first n: the sum of mode[j] 3^j, for one surface its mode.
+    int code(int n = M) const {
         int sum = 0;
-        for (int j = M - 1; j >= 0; --j)
+        for (int j = n - 1; j >= 0; --j)
             sum = 3 * sum + (*this)[j];
         return sum;
     }
@@ -179,6 +197,20 @@ concept FilippovSystem =
 
 // --- optional members --------------------------------------------------------------------------
 
+/// slide_components(t, x, p): L1 and L2 for x on the surface (one surface).
+template <class Sys, class S>
+concept HasSlideComponents =
+    single_v<Sys> &&
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.slide_components(t, x, p) } -> std::same_as<Vec<S, 2>>;
+    };
+/// slide_field(t, x, p): F_s of (4.11) for x on the surface, besides slide_components.
+template <class Sys, class S>
+concept HasSlideField =
+    HasSlideComponents<Sys, S> &&
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.slide_field(t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
 /// grad_h(t, x, p): dh/dx, a vector of length dim (one surface).
 template <class Sys, class S>
 concept HasGradH =
@@ -190,6 +222,13 @@ template <class Sys, class S>
 concept HasHt =
     requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
         { sys.h_t(t, x, p) } -> std::same_as<S>;
+    };
+/// grad_h(j, t, x, p) and h_t(j, t, x, p): the same of surface j.
+template <class Sys, class S>
+concept HasGradients =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.grad_h(0, t, x, p) } -> std::same_as<State<Sys, S>>;
+        { sys.h_t(0, t, x, p) } -> std::same_as<S>;
     };
 /// sliding_flow(t, x, p, dt): the sliding motion in closed form, x(t + dt) from x on the surface.
 template <class Sys, class S>
@@ -293,6 +332,44 @@ FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<S
     }
 }
 
+/// True if the system slides in closed form: one that is made at run time says so itself, by
+/// `has_sliding_flow()`.
+template <class S, class Sys> bool slides_in_closed_form([[maybe_unused]] const Sys& sys) {
+    if constexpr (!HasSlidingFlow<Sys, S>)
+        return false;
+    else if constexpr (requires { sys.has_sliding_flow(); })
+        return sys.has_sliding_flow();
+    else
+        return true;
+}
+
+/// True if the system repeats with a period: one that is made at run time says so itself, by
+/// `is_forced()`.
+template <class S, class Sys> bool is_forced([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.is_forced(); })
+        return sys.is_forced();
+    else
+        return HasPeriod<Sys, S>;
+}
+
+/// How many parameters are given: all, unless the system computes the last ones from the others.
+template <class Sys> int given_params([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.given(); })
+        return sys.given();
+    else
+        return params_v<Sys>;
+}
+/// All parameters, from those given: an array of at least that many.
+template <class S, class Sys, class Given>
+Params<Sys, S> all_params([[maybe_unused]] const Sys& sys, const Given& given) {
+    Params<Sys, S> p;
+    for (int i = 0; i < params_v<Sys>; ++i)
+        p[i] = i < given_params(sys) ? S(given[std::size_t(i)]) : S(0);
+    if constexpr (requires { sys.complete(p); })
+        sys.complete(p);
+    return p;
+}
+
 /// The period of the forcing, 0 if the system has none.
 template <class Sys, class S> S period(const Sys& sys, const Params<Sys, S>& p) {
     if constexpr (HasPeriod<Sys, S>)
@@ -319,6 +396,24 @@ template <class Sys, class S = double> Params<Sys, S> default_params() {
             p[i] = S(0);
     }
     return p;
+}
+/// Names of the parameters that are given.
+template <class Sys> std::vector<std::string> param_names([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.param_names(); })
+        return sys.param_names();
+    else if constexpr (params_v<Sys> > 0)
+        return {Sys::params.begin(), Sys::params.end()};
+    else
+        return {};
+}
+/// Default values of the parameters that are given.
+template <class Sys> std::vector<double> default_values([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.default_values(); }) {
+        return sys.default_values();
+    } else {
+        const Params<Sys, double> p = default_params<Sys>();
+        return {p.data(), p.data() + params_v<Sys>};
+    }
 }
 
 } // namespace filippov

@@ -59,7 +59,7 @@ template <class Sys, class S> struct Trajectory {
                 return sys.sliding_flow(piece.clock.local, piece.x0, p, S(theta * piece.dt));
         }
         const Vec<S, N> y = piece.polynomial(theta);
-        const Constraints<Sys> held(piece.mode);
+        const Constraints<Sys> held(sys, piece.mode);
         return project(sys, held, S(piece.clock.local + theta * piece.dt), y, p, scale);
     }
     /// Mode at time t; at an event the mode before it.
@@ -71,7 +71,7 @@ template <class Sys, class S> struct Trajectory {
         const auto& piece = piece_at(time);
         if (piece.mode[j] != 0)
             return S(piece.mode[j]);
-        if (is_kind<Sys>(j, SurfaceKind::jump))
+        if (is_kind(sys, j, SurfaceKind::jump))
             return std::numeric_limits<S>::quiet_NaN();
         const S local = piece.clock.local + (time - piece.clock.absolute());
         return sliding_margin(sys, piece.mode, j, local, (*this)(time), p).s;

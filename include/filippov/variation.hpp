@@ -115,7 +115,7 @@ public:
     void settle(const Clock<R>& clock, const Mode<M>& mode) {
         if constexpr (has_jumps_v<Sys>)
             for (int j = 0; j < M; ++j)
-                if (mode[j] == 0 && mode_[j] != 0 && is_kind<Sys>(j, SurfaceKind::jump))
+                if (mode[j] == 0 && mode_[j] != 0 && is_kind(sys_, j, SurfaceKind::jump))
                     take_normal_speed(clock, j);
         suspected_ = false;
         last_.before = mode_;
@@ -150,7 +150,7 @@ private:
     FILIPPOV_NOINLINE X field_at(const Mode<M>& mode, const D& t, const X& x) const {
         if (sliding_surface(mode) < 0)
             return side_field(sys_, mode, t, x, p_);
-        const Constraints<Sys> held(mode);
+        const Constraints<Sys> held(sys_, mode);
         return mode_field(sys_, mode, t, toward(sys_, held, t, x, p_, scale()), p_);
     }
     Vec<R, N> scale() const {
@@ -164,7 +164,7 @@ private:
     /// Newton in infinitesimals onto the surfaces slid on.
     X on_surface(X x, const D& t, const Mode<M>& mode) const {
         if (sliding_surface(mode) >= 0) {
-            const Constraints<Sys> held(mode);
+            const Constraints<Sys> held(sys_, mode);
             for (int k = 0; k < nesting; ++k)
                 x = with_values(toward(sys_, held, t, x, p_, scale()), values_of(x));
             // One after another: exactly zero where each surface has a component of its own.
@@ -203,7 +203,7 @@ private:
                 continue;
             // A neighbour that starts off the surface falls onto it: the same from either side.
             first.set(j, +1);
-            if (is_kind<Sys>(j, SurfaceKind::jump))
+            if (is_kind(sys_, j, SurfaceKind::jump))
                 continue;
             const auto b =
                 both_sides(sys_, region_of(first), j, R(clock.local), values_of(x_), values_);
@@ -260,7 +260,7 @@ private:
     }
     /// True if surface j is where it changes: on h = 0, or in a slide at the end that it leaves by.
     bool met(const Clock<R>& clock, int j, int side) const {
-        if (mode_[j] != 0 || is_kind<Sys>(j, SurfaceKind::jump))
+        if (mode_[j] != 0 || is_kind(sys_, j, SurfaceKind::jump))
             return true;
         const auto margin = sliding_margin(sys_, mode_, j, R(clock.local), values_of(x_), values_);
         using std::abs;
@@ -285,7 +285,7 @@ private:
     void pass(const Clock<R>& clock, int j, const Mode<M>& after) {
         const int side = after[j];
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind<Sys>(j, SurfaceKind::jump) && side == 0)
+            if (is_kind(sys_, j, SurfaceKind::jump) && side == 0)
                 return settle(clock, after);
         const bool slid = mode_[j] == 0;
         const auto guard = [&](const auto& t, const auto& x, const auto& p) {
@@ -421,7 +421,8 @@ private:
     bool closed_form([[maybe_unused]] const D& t, [[maybe_unused]] const R& dt,
                      [[maybe_unused]] X& x1) const {
         if constexpr (HasSlidingFlow<Sys, D>)
-            if (settings_.closed_form_slides && sliding_surface(mode_) >= 0) {
+            if (settings_.closed_form_slides && sliding_surface(mode_) >= 0 &&
+                slides_in_closed_form<D>(sys_)) {
                 x1 = sys_.sliding_flow(t, x_, p_, D(dt));
                 return true;
             }

@@ -24,7 +24,7 @@ public:
     Trajectory<Sys, double> trajectory;
 
     DenseSolution(const Sys& sys, const Params<Sys, double>& p, const X& scale)
-        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale} {}
+        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale}, m_(surface_count(sys)) {}
 
     std::span<const double> knots() const override { return trajectory.t; }
     void states(std::span<const double> times, std::span<double> out) const override {
@@ -36,7 +36,7 @@ public:
     void modes(std::span<const double> times, std::span<signed char> out) const override {
         for (std::size_t k = 0; k < times.size(); ++k) {
             const Mode<M> mode = mode_at(times[k]);
-            std::copy_n(mode.side.data(), M, out.begin() + std::ptrdiff_t(k) * M);
+            std::copy_n(mode.side.data(), m_, out.begin() + std::ptrdiff_t(k) * m_);
         }
     }
     void blend(std::span<const double> times, std::span<double> out) const override {
@@ -44,13 +44,13 @@ public:
             const double time = times[k];
             const Mode<M> mode = mode_at(time);
             const double T = period(trajectory.sys, trajectory.p);
-            for (int j = 0; j < M; ++j) {
-                double& s = out[k * std::size_t(M) + std::size_t(j)];
+            for (int j = 0; j < m_; ++j) {
+                double& s = out[k * std::size_t(m_) + std::size_t(j)];
                 s = mode[j];
                 if (mode[j] != 0)
                     continue;
                 const double local = Clock<double>::at(time, T).local;
-                s = is_kind<Sys>(j, SurfaceKind::jump)
+                s = is_kind(trajectory.sys, j, SurfaceKind::jump)
                         ? std::numeric_limits<double>::quiet_NaN() // contact: a force, and no s
                         : sliding_margin(trajectory.sys, mode, j, local, state(time), trajectory.p)
                               .s;
@@ -79,6 +79,8 @@ private:
             return std::nullopt;
         return std::size_t(found - t.begin());
     }
+
+    const int m_; ///< surfaces
 };
 
 /// Observer that keeps what the task asks for.
@@ -90,7 +92,8 @@ public:
     using X = Vec<double, N>;
 
     Keeper(const Sys& sys, const Params<Sys, double>& p, const Task& task, const X& scale)
-        : task_(task), scratch_(std::make_shared<DenseSolution<Sys>>(sys, p, scale)) {
+        : task_(task), m_(std::size_t(surface_count(sys))),
+          scratch_(std::make_shared<DenseSolution<Sys>>(sys, p, scale)) {
         if (task.dense)
             solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
     }
@@ -189,8 +192,8 @@ private:
             moved(run_.x.data() + run_.x.size() - std::size_t(N)))
             keep(t, x, mode);
     }
-    static void append(std::vector<signed char>& column, const Mode<M>& mode) {
-        column.insert(column.end(), mode.side.begin(), mode.side.end());
+    void append(std::vector<signed char>& column, const Mode<M>& mode) const {
+        column.insert(column.end(), mode.side.begin(), mode.side.begin() + std::ptrdiff_t(m_));
     }
     void keep(double t, const X& x, const Mode<M>& mode) {
         run_.t.push_back(t);
@@ -224,7 +227,7 @@ private:
     void set_first_mode(const Mode<M>& mode) {
         stepped_ = true;
         for (std::size_t i = 0; i < run_.mode.size(); ++i)
-            run_.mode[i] = mode.side[i % std::size_t(M)];
+            run_.mode[i] = mode.side[i % m_];
         if (solution_)
             solution_->trajectory.mode.front() = mode;
     }
@@ -245,6 +248,7 @@ private:
     }
 
     const Task& task_;
+    const std::size_t m_; ///< surfaces
     std::shared_ptr<DenseSolution<Sys>> solution_, scratch_;
     std::optional<double> next_time_;
     std::size_t n_times_ = 0;
@@ -275,31 +279,33 @@ public:
     using X = Vec<double, N>;
     using P = Params<Sys, double>;
 
-    explicit CompiledModel(std::string name) {
+    /// A model with names of its own.
+    explicit CompiledModel(std::string name)
+        : CompiledModel(std::move(name), Sys{}, {Sys::state.begin(), Sys::state.end()}) {}
+    CompiledModel(std::string name, Sys sys, std::vector<std::string> state)
+        : sys_(std::move(sys)) {
         facts_.name = std::move(name);
         facts_.dim = N;
-        facts_.surfaces = M;
-        facts_.state.assign(Sys::state.begin(), Sys::state.end());
-        const P defaults = default_params<Sys>();
-        if constexpr (params_v<Sys> > 0)
-            facts_.params.assign(Sys::params.begin(), Sys::params.end());
-        facts_.defaults.assign(defaults.data(), defaults.data() + params_v<Sys>);
+        facts_.surfaces = surface_count(sys_);
+        facts_.state = std::move(state);
+        facts_.params = param_names(sys_);
+        facts_.defaults = default_values(sys_);
         const auto found = [&](bool has, const char* what) {
             if (has)
                 facts_.capabilities.emplace_back(what);
         };
-        for (int j = 0; j < M; ++j)
-            facts_.kinds.emplace_back(is_kind<Sys>(j, SurfaceKind::jump)   ? "jump"
-                                      : is_kind<Sys>(j, SurfaceKind::kink) ? "kink"
-                                                                           : "switching");
+        for (int j = 0; j < facts_.surfaces; ++j)
+            facts_.kinds.emplace_back(is_kind(sys_, j, SurfaceKind::jump)   ? "jump"
+                                      : is_kind(sys_, j, SurfaceKind::kink) ? "kink"
+                                                                            : "switching");
         found(HasField<Sys, double>, "field");
         found(HasRegions<Sys, double>, "region");
         found(selection_v<Sys> == Selection::moments, "moments");
         found(HasGradH<Sys, double>, "grad_h");
         found(HasHt<Sys, double>, "h_t");
         found(HasEquivalentControl<Sys, double>, "equivalent_control");
-        found(HasSlidingFlow<Sys, double>, "sliding_flow");
-        found(HasPeriod<Sys, double>, "period");
+        found(slides_in_closed_form<double>(sys_), "sliding_flow");
+        found(is_forced<double>(sys_), "period");
         found(HasSMax<Sys, double>, "s_max");
     }
 
@@ -312,7 +318,8 @@ public:
         const P q = params(p);
         each(t, x, [&](std::size_t k, double time, const X& y) {
             const Vec<double, M> value = switching(sys_, time, y, q);
-            std::copy_n(value.data(), M, out.begin() + std::ptrdiff_t(k) * M);
+            std::copy_n(value.data(), facts_.surfaces,
+                        out.begin() + std::ptrdiff_t(k) * facts_.surfaces);
         });
     }
     void field(std::span<const double> t, std::span<const double> x, std::span<const int> side,
@@ -388,15 +395,22 @@ public:
         else
             return any_lanes<1>(sys_);
     }
+    std::shared_ptr<const TapeProgram> tapes() const override {
+        if constexpr (requires { sys_.tapes(); })
+            return sys_.tapes();
+        else
+            return nullptr;
+    }
     DiagramColumns diagram(const DiagramTask& task) const override {
         return task.eighth_order ? diagram<DormandPrince8>(task) : diagram<DormandPrince5>(task);
     }
 
 private:
     template <class Tableau> DiagramColumns diagram(const DiagramTask& task) const {
-        std::vector<P> all(task.params.size() / std::max<std::size_t>(params_v<Sys>, 1));
+        const std::size_t given = facts_.params.size();
+        std::vector<P> all(task.params.size() / std::max<std::size_t>(given, 1));
         for (std::size_t i = 0; i < all.size(); ++i)
-            all[i] = params(std::span(task.params).subspan(i * std::size_t(params_v<Sys>)));
+            all[i] = params(std::span(task.params).subspan(i * given));
         DiagramSettings<double, N> d;
         d.run = settings_of(task);
         d.section.strobe = task.kinds.empty();
@@ -449,15 +463,11 @@ private:
         settings.on_nonunique = run.on_nonunique;
         return settings;
     }
-    static P params(std::span<const double> p) {
-        P q;
-        std::copy_n(p.begin(), params_v<Sys>, q.data());
-        return q;
-    }
-    static Mode<M> mode_of(std::span<const int> side) {
+    P params(std::span<const double> p) const { return all_params<double>(sys_, p); }
+    Mode<M> mode_of(std::span<const int> side) const {
         Mode<M> mode;
         for (int j = 0; j < M; ++j)
-            mode.set(j, side[std::size_t(j)]);
+            mode.set(j, j < facts_.surfaces ? side[std::size_t(j)] : 1);
         return mode;
     }
     template <class Use>
@@ -494,7 +504,7 @@ private:
         }
     }
 
-    Sys sys_{};
+    const Sys sys_;
     Facts facts_;
 };
 

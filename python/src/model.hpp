@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+namespace filippov {
+class TapeProgram;
+} // namespace filippov
+
 namespace filippov::python {
 
 /// What is known of a system without evaluating it.
@@ -181,6 +185,8 @@ public:
     /// For ensembles of a system that does not run in lanes; null for one that does, whose lanes
     /// are compiled for each instruction set.
     virtual std::shared_ptr<const AnyLanes> one_lane() const = 0;
+    /// The tapes of a system of formulas, from which lanes are made; null for any other.
+    virtual std::shared_ptr<const TapeProgram> tapes() const = 0;
     /// Exceptions of the task's own functions pass through.
     virtual DiagramColumns diagram(const DiagramTask& task) const = 0;
 };

@@ -1,0 +1,474 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Formulas as data: what a right-hand side written in another language is recorded into.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace filippov {
+
+/// What a node of a graph computes.
+enum class Op : std::uint8_t {
+    // leaves
+    constant, ///< `value`
+    time,
+    state, ///< component `index`
+    param, ///< parameter `index`
+    // of one number or two
+    add,
+    sub,
+    mul,
+    div,
+    pow,
+    neg,
+    powi, ///< a to the integer `index`
+    sqrt,
+    exp,
+    log,
+    sin,
+    cos,
+    tan,
+    asin,
+    atan,
+    sinh,
+    cosh,
+    tanh,
+    // that switch
+    sign,
+    where, ///< b where a is 1, c where it is 0
+};
+
+/// Operands of an operation: 0 of a leaf, up to 3.
+constexpr int arity(Op op) {
+    return op <= Op::param ? 0 : op <= Op::pow ? 2 : op < Op::where ? 1 : 3;
+}
+
+/// An expression: a number that names a node of a graph.
+using Expr = std::int32_t;
+
+/// Formulas that share what they have in common: an equal expression is the same node, so that
+/// equality is equality of numbers. Operands have smaller numbers than what is made of them.
+///
+/// What can be known of an expression when it is made is used: constants are folded, zeros and ones
+/// vanish, signs move outwards. Nothing is expanded or reordered that would change the rounding by
+/// more than a sum in another order does.
+class Graph {
+public:
+    struct Node {
+        Op op{};
+        std::array<Expr, 3> arg{-1, -1, -1};
+        int index = 0;
+        double value = 0;
+    };
+
+    std::size_t size() const { return nodes_.size(); }
+    const Node& operator[](Expr e) const { return nodes_[std::size_t(e)]; }
+
+    // --- leaves --------------------------------------------------------------------------------
+
+    Expr constant(double value) {
+        if (!std::isfinite(value))
+            throw std::invalid_argument("filippov: a formula has a constant that is not finite");
+        return node({Op::constant, {-1, -1, -1}, 0, value + 0.0}); // no -0.0
+    }
+    Expr time() { return node({Op::time}); }
+    Expr state(int i) { return node({Op::state, {-1, -1, -1}, i}); }
+    Expr param(int k) { return node({Op::param, {-1, -1, -1}, k}); }
+
+    // --- what an expression depends on -----------------------------------------------------------
+
+    bool is_constant(Expr e) const { return (*this)[e].op == Op::constant; }
+    bool is_constant(Expr e, double value) const {
+        return is_constant(e) && (*this)[e].value == value;
+    }
+    /// True if it changes with time or state.
+    bool varies(Expr e) const { return varies_[std::size_t(e)]; }
+    /// True if it changes with a parameter.
+    bool has_params(Expr e) const { return has_params_[std::size_t(e)]; }
+    /// True if something in it switches.
+    bool switches(Expr e) const { return switches_[std::size_t(e)]; }
+
+    // --- operations ------------------------------------------------------------------------------
+
+    Expr add(Expr a, Expr b) {
+        if (is_constant(a, 0))
+            return b;
+        if (is_constant(b, 0))
+            return a;
+        if ((*this)[b].op == Op::neg)
+            return sub(a, (*this)[b].arg[0]);
+        if ((*this)[a].op == Op::neg)
+            return sub(b, (*this)[a].arg[0]);
+        if (a == b)
+            return mul(constant(2), a);
+        return make(Op::add, std::max(a, b), std::min(a, b));
+    }
+    Expr sub(Expr a, Expr b) {
+        if (is_constant(b, 0))
+            return a;
+        if (is_constant(a, 0))
+            return neg(b);
+        if (a == b)
+            return constant(0);
+        if ((*this)[b].op == Op::neg)
+            return add(a, (*this)[b].arg[0]);
+        if ((*this)[a].op == Op::neg)
+            return neg(add((*this)[a].arg[0], b));
+        return make(Op::sub, a, b);
+    }
+    Expr neg(Expr a) {
+        if ((*this)[a].op == Op::neg)
+            return (*this)[a].arg[0];
+        if ((*this)[a].op == Op::sub)
+            return sub((*this)[a].arg[1], (*this)[a].arg[0]);
+        return make(Op::neg, a);
+    }
+    Expr mul(Expr a, Expr b) {
+        if (is_constant(b) || (!is_constant(a) && a < b))
+            std::swap(a, b); // a constant comes first, then what is younger
+        if (is_constant(a, 0))
+            return a;
+        if (is_constant(a, 1))
+            return b;
+        if (is_constant(a, -1))
+            return neg(b);
+        if (is_constant(a) && (*this)[b].op == Op::mul && is_constant((*this)[b].arg[0]))
+            return mul(mul(a, (*this)[b].arg[0]), (*this)[b].arg[1]);
+        if ((*this)[a].op == Op::neg)
+            return neg(mul((*this)[a].arg[0], b));
+        if ((*this)[b].op == Op::neg)
+            return neg(mul(a, (*this)[b].arg[0]));
+        return make(Op::mul, a, b);
+    }
+    Expr div(Expr a, Expr b) {
+        if (is_constant(b, 1) || (is_constant(a, 0) && !is_constant(b, 0)))
+            return a;
+        if (is_constant(b, -1))
+            return neg(a);
+        if (a == b && varies(a)) // x/|x|, where x has a side
+            return constant(1);
+        if ((*this)[a].op == Op::neg)
+            return neg(div((*this)[a].arg[0], b));
+        if ((*this)[b].op == Op::neg)
+            return neg(div(a, (*this)[b].arg[0]));
+        return make(Op::div, a, b);
+    }
+    Expr pow(Expr a, Expr b) {
+        if (is_constant(b)) {
+            const double e = (*this)[b].value;
+            if (e == 0)
+                return constant(1);
+            if (e == 1)
+                return a;
+            if (e == 2)
+                return mul(a, a);
+            if (e == 0.5)
+                return unary(Op::sqrt, a);
+            if (e == -1)
+                return div(constant(1), a);
+            if (e == std::trunc(e) && std::abs(e) < 1000)
+                return make(Op::powi, a, -1, -1, int(e));
+        }
+        return make(Op::pow, a, b);
+    }
+    /// A function of one number.
+    Expr unary(Op op, Expr a) {
+        if (arity(op) != 1 || op == Op::powi)
+            throw std::logic_error("filippov: not a function of one number");
+        if (op == Op::neg)
+            return neg(a);
+        if (op == Op::sign)
+            return sign(a);
+        return make(op, a);
+    }
+    /// b where the condition is 1, c where it is 0.
+    Expr where(Expr condition, Expr b, Expr c) {
+        if (is_constant(condition))
+            return (*this)[condition].value > 0.5 ? b : c;
+        if (b == c)
+            return b;
+        return make(Op::where, condition, b, c);
+    }
+    /// a sign(a)
+    Expr abs(Expr a) {
+        const Expr s = sign(a);
+        return mul(a, s);
+    }
+    /// 1 where a > 0, 0 where a < 0.
+    Expr step(Expr a) {
+        const Expr s = sign(a);
+        return mul(constant(0.5), add(constant(1), s));
+    }
+
+    /// A node as it was in another graph, whose nodes before it are all here.
+    Expr restore(const Node& n) { return node(n); }
+
+    // --- derivatives and substitution
+    // --------------------------------------------------------------
+
+    /// Its partial derivative by a leaf. What switches is constant in between: its jumps have no
+    /// derivative.
+    Expr derivative(Expr e, Expr leaf) {
+        return rewrite(e,
+                       [&](Expr i, std::span<const Expr> d) { return derivative_of(i, leaf, d); });
+    }
+    /// It with another expression for a leaf.
+    Expr substitute(Expr e, Expr leaf, Expr by) {
+        return rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+            return i == leaf ? by : with_args(i, arg);
+        });
+    }
+    /// It rebuilt from below: `f(node, what became of its operands)` for everything in it.
+    template <class F> Expr rewrite(Expr e, F f) {
+        std::vector<Expr> became(std::size_t(e) + 1, -1);
+        for (const Expr i : below(e)) {
+            const Node n = (*this)[i]; // a copy: f makes new nodes
+            std::array<Expr, 3> arg{-1, -1, -1};
+            for (int k = 0; k < arity(n.op); ++k)
+                arg[std::size_t(k)] = became[std::size_t(n.arg[std::size_t(k)])];
+            became[std::size_t(i)] = f(i, std::span<const Expr>(arg));
+        }
+        return became[std::size_t(e)];
+    }
+    /// The same node of other operands.
+    Expr with_args(Expr e, std::span<const Expr> arg) {
+        const Node n = (*this)[e];
+        switch (n.op) {
+        case Op::constant:
+        case Op::time:
+        case Op::state:
+        case Op::param:
+            return e;
+        case Op::add:
+            return add(arg[0], arg[1]);
+        case Op::sub:
+            return sub(arg[0], arg[1]);
+        case Op::mul:
+            return mul(arg[0], arg[1]);
+        case Op::div:
+            return div(arg[0], arg[1]);
+        case Op::pow:
+            return pow(arg[0], arg[1]);
+        case Op::powi:
+            return make(Op::powi, arg[0], -1, -1, n.index);
+        case Op::where:
+            return where(arg[0], arg[1], arg[2]);
+        default:
+            return unary(n.op, arg[0]);
+        }
+    }
+    /// Everything that an expression is made of, operands first, itself last.
+    std::vector<Expr> below(Expr e) const { return below(std::array<Expr, 1>{e}); }
+    std::vector<Expr> below(std::span<const Expr> roots) const {
+        std::vector<bool> needed(size(), false);
+        for (const Expr e : roots)
+            needed[std::size_t(e)] = true;
+        std::vector<Expr> all;
+        for (Expr i = Expr(size()); i-- > 0;)
+            if (needed[std::size_t(i)]) {
+                all.push_back(i);
+                for (int k = 0; k < arity((*this)[i].op); ++k)
+                    needed[std::size_t((*this)[i].arg[std::size_t(k)])] = true;
+            }
+        return {all.rbegin(), all.rend()};
+    }
+
+    // --- values --------------------------------------------------------------------------------
+
+    /// Its value at a point.
+    double value(Expr e, double t, std::span<const double> x, std::span<const double> p) const {
+        std::vector<double> v(std::size_t(e) + 1, 0.0);
+        for (const Expr i : below(e)) {
+            const Node& n = (*this)[i];
+            std::array<double, 3> arg{};
+            for (int k = 0; k < arity(n.op); ++k)
+                arg[std::size_t(k)] = v[std::size_t(n.arg[std::size_t(k)])];
+            v[std::size_t(i)] = n.op == Op::time    ? t
+                                : n.op == Op::state ? x[std::size_t(n.index)]
+                                : n.op == Op::param ? p[std::size_t(n.index)]
+                                                    : value_of(n, arg);
+        }
+        return v[std::size_t(e)];
+    }
+
+private:
+    static constexpr std::size_t most_nodes = 1'000'000;
+
+    Expr sign(Expr a) {
+        // sign(a b) = sign(a) sign(b): surfaces that cross are told apart
+        const Node n = (*this)[a];
+        if (n.op == Op::neg)
+            return neg(sign(n.arg[0]));
+        if (n.op == Op::mul || n.op == Op::div) {
+            const Expr first = sign(n.arg[0]), second = sign(n.arg[1]);
+            return mul(first, second);
+        }
+        if (n.op == Op::powi && n.index % 2 != 0)
+            return sign(n.arg[0]);
+        if (n.op == Op::exp || n.op == Op::cosh)
+            return constant(1);
+        if (n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan || n.op == Op::asin)
+            return sign(n.arg[0]);
+        return make(Op::sign, a);
+    }
+
+    /// The node, or what it is equal to if its operands are constants.
+    Expr make(Op op, Expr a, Expr b = -1, Expr c = -1, int index = 0) {
+        const Node n{op, {a, b, c}, index, 0};
+        bool folds = true;
+        std::array<double, 3> arg{};
+        for (int k = 0; k < arity(op); ++k) {
+            const Node& operand = (*this)[n.arg[std::size_t(k)]];
+            folds = folds && operand.op == Op::constant;
+            arg[std::size_t(k)] = operand.value;
+        }
+        if (folds) {
+            const double value = value_of(n, arg);
+            if (std::isfinite(value))
+                return constant(value);
+        }
+        return node(n);
+    }
+    Expr node(const Node& n) {
+        const auto found = known_.find({n.op, n.arg, n.index, n.value});
+        if (found != known_.end())
+            return found->second;
+        if (size() >= most_nodes)
+            throw std::invalid_argument("filippov: a formula of more than a million operations");
+        const Expr e = Expr(size());
+        bool varies = n.op == Op::time || n.op == Op::state;
+        bool switches = n.op >= Op::sign, has_params = n.op == Op::param;
+        for (int k = 0; k < arity(n.op); ++k) {
+            varies = varies || varies_[std::size_t(n.arg[std::size_t(k)])];
+            switches = switches || switches_[std::size_t(n.arg[std::size_t(k)])];
+            has_params = has_params || has_params_[std::size_t(n.arg[std::size_t(k)])];
+        }
+        nodes_.push_back(n);
+        varies_.push_back(varies);
+        switches_.push_back(switches);
+        has_params_.push_back(has_params);
+        known_.emplace(Key{n.op, n.arg, n.index, n.value}, e);
+        return e;
+    }
+    static double value_of(const Node& n, const std::array<double, 3>& v) {
+        switch (n.op) {
+        case Op::constant:
+            return n.value;
+        case Op::add:
+            return v[0] + v[1];
+        case Op::sub:
+            return v[0] - v[1];
+        case Op::mul:
+            return v[0] * v[1];
+        case Op::div:
+            return v[0] / v[1];
+        case Op::pow:
+            return std::pow(v[0], v[1]);
+        case Op::neg:
+            return -v[0];
+        case Op::powi:
+            return std::pow(v[0], n.index);
+        case Op::sqrt:
+            return std::sqrt(v[0]);
+        case Op::exp:
+            return std::exp(v[0]);
+        case Op::log:
+            return std::log(v[0]);
+        case Op::sin:
+            return std::sin(v[0]);
+        case Op::cos:
+            return std::cos(v[0]);
+        case Op::tan:
+            return std::tan(v[0]);
+        case Op::asin:
+            return std::asin(v[0]);
+        case Op::atan:
+            return std::atan(v[0]);
+        case Op::sinh:
+            return std::sinh(v[0]);
+        case Op::cosh:
+            return std::cosh(v[0]);
+        case Op::tanh:
+            return std::tanh(v[0]);
+        case Op::sign:
+            return v[0] > 0 ? 1 : v[0] < 0 ? -1 : v[0]; // NaN stays
+        case Op::where:
+            return v[0] > 0.5 ? v[1] : v[2];
+        default:
+            return std::numeric_limits<double>::quiet_NaN();
+        }
+    }
+    /// @param d  derivatives of its operands
+    Expr derivative_of(Expr e, Expr leaf, std::span<const Expr> d) {
+        const Node n = (*this)[e];
+        const Expr a = n.arg[0], b = n.arg[1];
+        const Expr one = constant(1);
+        const auto inner = [&](Expr slope) { return mul(slope, d[0]); };
+        switch (n.op) {
+        case Op::constant:
+        case Op::time:
+        case Op::state:
+        case Op::param:
+            return constant(e == leaf ? 1 : 0);
+        case Op::add:
+            return add(d[0], d[1]);
+        case Op::sub:
+            return sub(d[0], d[1]);
+        case Op::neg:
+            return neg(d[0]);
+        case Op::mul:
+            return add(mul(d[0], b), mul(a, d[1]));
+        case Op::div: // (a' - (a/b) b')/b
+            return div(sub(d[0], mul(e, d[1])), b);
+        case Op::pow: { // b a^(b-1) a' + a^b log(a) b'
+            const Expr by_base = mul(mul(b, pow(a, sub(b, one))), d[0]);
+            return is_constant(d[1], 0) ? by_base
+                                        : add(by_base, mul(mul(e, unary(Op::log, a)), d[1]));
+        }
+        case Op::powi:
+            return inner(mul(constant(n.index), pow(a, constant(n.index - 1))));
+        case Op::sqrt:
+            return div(d[0], mul(constant(2), e));
+        case Op::exp:
+            return inner(e);
+        case Op::log:
+            return div(d[0], a);
+        case Op::sin:
+            return inner(unary(Op::cos, a));
+        case Op::cos:
+            return neg(inner(unary(Op::sin, a)));
+        case Op::tan:
+            return inner(add(one, mul(e, e)));
+        case Op::asin:
+            return div(d[0], unary(Op::sqrt, sub(one, mul(a, a))));
+        case Op::atan:
+            return div(d[0], add(one, mul(a, a)));
+        case Op::sinh:
+            return inner(unary(Op::cosh, a));
+        case Op::cosh:
+            return inner(unary(Op::sinh, a));
+        case Op::tanh:
+            return inner(sub(one, mul(e, e)));
+        case Op::sign:
+            return constant(0);
+        case Op::where:
+            return where(a, d[1], d[2]);
+        }
+        throw std::logic_error("filippov: an operation without a derivative");
+    }
+
+    using Key = std::tuple<Op, std::array<Expr, 3>, int, double>;
+    std::vector<Node> nodes_;
+    std::vector<bool> varies_, switches_, has_params_;
+    std::map<Key, Expr> known_;
+};
+
+} // namespace filippov

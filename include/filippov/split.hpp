@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Takes a right-hand side apart in which something switches: into switching functions, and a smooth
+// field on every side of them.
+#pragma once
+
+#include <filippov/expression.hpp>
+#include <filippov/system.hpp>
+
+#include <algorithm>
+#include <optional>
+#include <random>
+
+namespace filippov {
+
+/// A system as formulas.
+struct Definition {
+    Graph graph;
+    int dim = 0;
+    std::vector<std::string> state_names, param_names;
+    std::vector<double> defaults; ///< of the parameters
+    // one entry a surface
+    std::vector<Expr> h;
+    std::vector<SurfaceKind> kind;
+    std::vector<std::vector<Expr>> jump; ///< the state after a jump; empty of other kinds
+    // one entry a region: bit j of its number is set where h_j > 0
+    std::vector<std::vector<Expr>> region;
+    Expr period = -1; ///< -1: none
+
+    int surfaces() const { return int(h.size()); }
+};
+
+/// Surfaces that are split along, at most: there are 2^n regions.
+inline constexpr int most_split_surfaces = 8;
+
+namespace detail {
+
+/// Points at which expressions are compared: draws of parameters, each with some draws of time and
+/// state. Nothing is known of the scale of a system, so they have many.
+class Samples {
+public:
+    static constexpr int draws = 4, points = 12;
+    struct Point {
+        double t;
+        std::vector<double> x, p;
+    };
+
+    Samples(int dim, std::span<const double> defaults) {
+        std::mt19937_64 random(20080131);
+        std::normal_distribution<double> normal;
+        std::uniform_real_distribution<double> uniform(0, 1);
+        for (int i = 0; i < draws; ++i) {
+            std::vector<double> p;
+            for (const double value : defaults) // the first draw is what is given
+                p.push_back(i == 0       ? value
+                            : value == 0 ? 0.3 * normal(random)
+                                         : value * (1 + 0.2 * (2 * uniform(random) - 1)));
+            for (int k = 0; k < points; ++k) {
+                const double size = std::pow(10.0, k % 3 - 1); // 0.1, 1, 10
+                Point point{10 * uniform(random), {}, p};
+                for (int j = 0; j < dim; ++j)
+                    point.x.push_back(size * normal(random));
+                all_.push_back(std::move(point));
+            }
+        }
+    }
+    std::span<const Point> all() const { return all_; }
+
+private:
+    std::vector<Point> all_;
+};
+
+class Splitter {
+public:
+    Splitter(Graph& graph, int dim, std::span<const double> defaults)
+        : graph_(graph), samples_(dim, defaults) {}
+
+    /// Surfaces that are known already, each with its orientation.
+    void add_surface(Expr h) { surfaces_.push_back(h); }
+    std::span<const Expr> surfaces() const { return surfaces_; }
+
+    /// Finds every surface that the expressions switch on.
+    /// @error std::invalid_argument for too many of them
+    void discover(std::span<const Expr> all) { explore(all, {}); }
+
+    /// An expression on the given sides of all surfaces.
+    Expr on_sides(Expr e, std::span<const int> side) { return restricted(e, side); }
+
+    /// Points, and points on h = 0.
+    struct Points {
+        std::vector<Samples::Point> near, on;
+    };
+    Points points_of(Expr h) {
+        Points points{{samples_.all().begin(), samples_.all().end()}, {}};
+        std::vector<Expr> gradient;
+        for (std::size_t i = 0; i < points.near[0].x.size(); ++i)
+            gradient.push_back(graph_.derivative(h, graph_.state(int(i))));
+        const Expr h_t = graph_.derivative(h, graph_.time());
+        for (Samples::Point point : points.near)
+            if (put_on(h, gradient, h_t, point))
+                points.on.push_back(std::move(point));
+        return points;
+    }
+    /// True if what is computed on both sides of a surface is equal on it, compared with how much
+    /// it differs elsewhere. Where nothing can be computed, no.
+    bool continuous(const Points& points, std::span<const Expr> f, std::span<const Expr> g) const {
+        std::size_t known = 0;
+        for (std::size_t i = 0; i < f.size(); ++i) {
+            if (f[i] == g[i])
+                continue;
+            const double near = difference(points.near, f[i], g[i], known);
+            known = 0;
+            const double on = difference(points.on, f[i], g[i], known);
+            if (!(on <= 1e-11 * near) || known == 0)
+                return false;
+        }
+        return true;
+    }
+
+private:
+    static constexpr int unknown = 0;
+
+    void explore(std::span<const Expr> all, std::vector<int> side) {
+        side.resize(surfaces_.size(), unknown);
+        std::vector<Expr> rest;
+        Expr first = -1;
+        for (const Expr e : all) {
+            rest.push_back(restricted(e, side));
+            for (const Expr i : graph_.below(rest.back()))
+                if (is_plain_switch(i) && (first < 0 || i < first))
+                    first = i;
+        }
+        if (first < 0)
+            return;
+        const std::size_t j = std::size_t(side_of(graph_[first].arg[0])->surface);
+        side.resize(surfaces_.size(), unknown);
+        for (const int s : {-1, 1}) {
+            side[j] = s;
+            explore(rest, side);
+        }
+    }
+    /// A switch whose argument does not switch itself.
+    bool is_plain_switch(Expr e) const {
+        return graph_[e].op == Op::sign && graph_.varies(graph_[e].arg[0]) &&
+               !has_switch(graph_[e].arg[0]);
+    }
+    bool has_switch(Expr e) const {
+        if (!graph_.switches(e))
+            return false;
+        for (const Expr i : graph_.below(e))
+            if (graph_[i].op == Op::sign && graph_.varies(graph_[i].arg[0]))
+                return true;
+        return false;
+    }
+    Expr restricted(Expr e, std::span<const int> side) {
+        if (!graph_.switches(e))
+            return e;
+        return graph_.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+            if (graph_[i].op == Op::sign && graph_.varies(arg[0]) && !has_switch(arg[0])) {
+                const auto found = side_of(arg[0]);
+                const auto j = std::size_t(found->surface);
+                if (j < side.size() && side[j] != unknown)
+                    return side[j] > 0 ? found->orientation : graph_.neg(found->orientation);
+            }
+            return graph_.with_args(i, arg);
+        });
+    }
+
+    /// The surface that an argument of `sign` belongs to: sign(u) = orientation sign(h).
+    struct Side {
+        int surface;
+        Expr orientation; ///< 1, -1, or the sign of something of the parameters
+    };
+    std::optional<Side> side_of(Expr u) {
+        if (const auto found = known_.find(u); found != known_.end())
+            return found->second;
+        for (std::size_t j = 0; j < surfaces_.size(); ++j)
+            if (const auto orientation = proportion(u, surfaces_[j])) {
+                known_[u] = {int(j), *orientation};
+                return known_[u];
+            }
+        if (surfaces_.size() == most_split_surfaces)
+            throw std::invalid_argument("filippov: the field switches on more than " +
+                                        std::to_string(most_split_surfaces) + " surfaces");
+        surfaces_.push_back(u);
+        known_[u] = {int(surfaces_.size()) - 1, graph_.constant(1)};
+        return known_[u];
+    }
+    /// The sign of u/h if that is the same at all times and states.
+    std::optional<Expr> proportion(Expr u, Expr h) {
+        if (u == h)
+            return graph_.constant(1);
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        const Samples::Point* reference = nullptr;
+        const auto all = samples_.all();
+        for (std::size_t draw = 0; draw < Samples::draws; ++draw) {
+            double first = 0;
+            int n = 0;
+            for (const auto& point : all.subspan(draw * Samples::points, Samples::points)) {
+                const double ratio = graph_.value(u, point.t, point.x, point.p) /
+                                     graph_.value(h, point.t, point.x, point.p);
+                if (!std::isfinite(ratio) || ratio == 0)
+                    continue;
+                if (n++ == 0)
+                    first = ratio;
+                if (!(std::abs(ratio - first) <= 1e-9 * std::abs(first)))
+                    return std::nullopt;
+                low = std::min(low, ratio);
+                high = std::max(high, ratio);
+                if (reference == nullptr)
+                    reference = &point;
+            }
+            if (n > 0 && n < 3)
+                return std::nullopt;
+        }
+        if (reference == nullptr)
+            return std::nullopt;
+        if (high - low <= 1e-9 * std::abs(low))
+            return graph_.constant(low > 0 ? 1 : -1);
+        const Expr ratio = graph_.div(at(u, *reference), at(h, *reference));
+        return graph_.unary(Op::sign, ratio);
+    }
+    /// An expression of the parameters alone: time and state are those of a point.
+    Expr at(Expr e, const Samples::Point& point) {
+        return graph_.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+            const Graph::Node n = graph_[i];
+            return n.op == Op::time    ? graph_.constant(point.t)
+                   : n.op == Op::state ? graph_.constant(point.x[std::size_t(n.index)])
+                                       : graph_.with_args(i, arg);
+        });
+    }
+    /// The largest difference of two expressions, of as many points as they are known at.
+    double difference(std::span<const Samples::Point> points, Expr f, Expr g,
+                      std::size_t& known) const {
+        double largest = 0;
+        for (const auto& point : points) {
+            const double d = std::abs(graph_.value(f, point.t, point.x, point.p) -
+                                      graph_.value(g, point.t, point.x, point.p));
+            known += std::isfinite(d);
+            largest = std::isfinite(d) ? std::max(largest, d) : largest;
+        }
+        return largest;
+    }
+    /// Newton onto h = 0 along its gradient, or in time where there is none.
+    bool put_on(Expr h, std::span<const Expr> gradient, Expr h_t, Samples::Point& point) const {
+        for (int k = 0; k < 50; ++k) {
+            const double value = graph_.value(h, point.t, point.x, point.p);
+            std::vector<double> g;
+            double norm = 0, rounding = 0;
+            for (const Expr e : gradient) {
+                g.push_back(graph_.value(e, point.t, point.x, point.p));
+                norm += g.back() * g.back();
+                rounding += std::abs(g.back()) * (1 + std::abs(point.x[g.size() - 1]));
+            }
+            const double rate = graph_.value(h_t, point.t, point.x, point.p);
+            rounding += std::abs(rate) * (1 + std::abs(point.t));
+            if (std::abs(value) <= 1e-14 * rounding)
+                return true;
+            if (!std::isfinite(value) || !(norm + std::abs(rate) > 0))
+                return false;
+            for (std::size_t i = 0; norm > 0 && i < g.size(); ++i)
+                point.x[i] -= value * g[i] / norm;
+            if (!(norm > 0))
+                point.t -= value / rate;
+        }
+        return false;
+    }
+
+    Graph& graph_;
+    Samples samples_;
+    std::vector<Expr> surfaces_;
+    std::map<Expr, Side> known_;
+};
+
+} // namespace detail
+
+/// Splits a right-hand side into regions.
+///
+/// Switching functions are the arguments of the switches; equal ones, up to a factor, are one
+/// surface. A switch inside another's argument splits that one: sign(|x| - 1) has the surfaces x,
+/// x - 1 and -x - 1. A surface at which nothing changes is dropped; one at which the field is
+/// continuous is a kink.
+///
+/// @param field  the right-hand side
+/// @param named  surfaces that come first and have the orientation that they are given in
+/// @error std::invalid_argument for too many surfaces, or for a named one at which nothing changes
+inline void split(Definition& d, std::span<const Expr> field, std::span<const Expr> named = {}) {
+    Graph& graph = d.graph;
+    detail::Splitter splitter(graph, d.dim, d.defaults);
+    for (const Expr h : named)
+        splitter.add_surface(h);
+    splitter.discover(field);
+
+    const auto region = [&](unsigned code, std::size_t n) {
+        std::vector<int> side;
+        for (std::size_t j = 0; j < n; ++j)
+            side.push_back((code >> j) & 1 ? 1 : -1);
+        std::vector<Expr> f;
+        for (const Expr e : field)
+            f.push_back(splitter.on_sides(e, side));
+        return f;
+    };
+    const std::size_t n = splitter.surfaces().size();
+    std::vector<std::vector<Expr>> all;
+    for (unsigned code = 0; code < 1u << n; ++code)
+        all.push_back(region(code, n));
+
+    std::vector<std::size_t> kept;
+    for (std::size_t j = 0; j < n; ++j) {
+        bool changes = false, jumps = false;
+        std::optional<detail::Splitter::Points> points;
+        for (unsigned code = 0; code < 1u << n; ++code) {
+            const auto& below = all[code];
+            const auto& above = all[code | (1u << j)];
+            if ((code >> j) & 1 || below == above)
+                continue;
+            changes = true;
+            if (!points)
+                points = splitter.points_of(splitter.surfaces()[j]);
+            jumps = jumps || !splitter.continuous(*points, below, above);
+        }
+        if (!changes) {
+            if (j < named.size())
+                throw std::invalid_argument("filippov: nothing changes at surface " +
+                                            std::to_string(j));
+            continue;
+        }
+        kept.push_back(j);
+        d.h.push_back(splitter.surfaces()[j]);
+        d.kind.push_back(jumps ? SurfaceKind::switching : SurfaceKind::kink);
+        d.jump.emplace_back();
+    }
+    for (unsigned code = 0; code < 1u << kept.size(); ++code) {
+        unsigned full = 0;
+        for (std::size_t k = 0; k < kept.size(); ++k)
+            full |= ((code >> k) & 1) << kept[k];
+        d.region.push_back(all[full]);
+    }
+}
+
+} // namespace filippov

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "catch.hpp"
+
+#include <filippov/expression.hpp>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+using namespace filippov;
+
+namespace {
+
+/// Every function of one number, at a point where it is smooth.
+const std::vector<Op> functions{Op::neg,  Op::sqrt, Op::exp,  Op::log,  Op::sin,  Op::cos, Op::tan,
+                                Op::asin, Op::atan, Op::sinh, Op::cosh, Op::tanh, Op::sign};
+
+} // namespace
+
+TEST_CASE("Graph: equal expressions are one node", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1);
+    CHECK(g.add(x, y) == g.add(y, x));
+    CHECK(g.mul(x, y) == g.mul(y, x));
+    CHECK(g.sub(x, y) != g.sub(y, x));
+    CHECK(g.neg(g.sub(x, y)) == g.sub(y, x));
+    CHECK(g.sub(x, g.neg(y)) == g.add(x, y));
+    CHECK(g.mul(g.neg(x), y) == g.neg(g.mul(x, y)));
+    CHECK(g.mul(g.constant(2), g.mul(g.constant(3), x)) == g.mul(g.constant(6), x));
+    CHECK(g.param(0) != x);
+}
+
+TEST_CASE("Graph: zeros, ones and constants vanish", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), zero = g.constant(0), one = g.constant(1);
+    CHECK(g.add(x, zero) == x);
+    CHECK(g.sub(x, x) == zero);
+    CHECK(g.mul(x, zero) == zero);
+    CHECK(g.mul(one, x) == x);
+    CHECK(g.div(x, one) == x);
+    CHECK(g.pow(x, zero) == one);
+    CHECK(g.pow(x, one) == x);
+    CHECK(g.pow(x, g.constant(2)) == g.mul(x, x));
+    CHECK(g.constant(-0.0) == zero);
+    CHECK(g.is_constant(g.unary(Op::cos, zero), 1));
+    // what is not finite is not folded away: it is found when it is computed
+    CHECK_FALSE(g.is_constant(g.div(one, zero)));
+    CHECK_THROWS_AS(g.constant(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+}
+
+TEST_CASE("Graph: a derivative agrees with differences", "[formulas]") {
+    Graph g;
+    const Expr t = g.time(), x = g.state(0), p = g.param(0);
+    const std::vector<double> at{0.37}, params{1.3};
+    const double time = 0.71, step = 1e-5;
+    const auto agrees = [&](Expr e, Expr leaf) {
+        const auto value = [&](double d) {
+            return g.value(e, time + (leaf == t ? d : 0), std::vector{at[0] + (leaf == x ? d : 0)},
+                           std::vector{params[0] + (leaf == p ? d : 0)});
+        };
+        // four points: an error of order step^4
+        const double wanted =
+            (8 * (value(step) - value(-step)) - (value(2 * step) - value(-2 * step))) / (12 * step);
+        CHECK(g.value(g.derivative(e, leaf), time, at, params) ==
+              Approx(wanted).epsilon(1e-9).margin(1e-9));
+    };
+    for (const Expr leaf : {t, x, p}) {
+        const Expr inner = g.mul(x, g.add(t, g.mul(p, g.constant(0.1))));
+        for (const Op op : functions) {
+            CAPTURE(int(op));
+            agrees(g.unary(op, inner), leaf);
+        }
+        agrees(g.div(inner, g.add(p, g.mul(x, t))), leaf);
+        agrees(g.pow(inner, p), leaf);
+        agrees(g.pow(g.add(x, t), g.constant(-3)), leaf);
+        agrees(g.pow(g.add(x, t), g.constant(1.5)), leaf);
+        agrees(g.where(g.step(g.sub(x, t)), inner, g.mul(inner, inner)), leaf);
+        agrees(g.abs(g.sub(inner, g.constant(2))), leaf);
+    }
+}
+
+TEST_CASE("Graph: a substitute stands for every occurrence of a leaf", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1);
+    const Expr e = g.add(g.mul(x, y), g.unary(Op::sin, x));
+    CHECK(g.substitute(e, x, g.constant(0)) == g.constant(0));
+    CHECK(g.substitute(e, y, x) == g.add(g.mul(x, x), g.unary(Op::sin, x)));
+}
+
+TEST_CASE("Graph: a sign comes apart at products", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1);
+    const auto sign = [&](Expr e) { return g.unary(Op::sign, e); };
+    CHECK(sign(g.mul(x, y)) == g.mul(sign(x), sign(y)));
+    CHECK(sign(g.neg(x)) == g.neg(sign(x)));
+    CHECK(sign(g.mul(g.constant(-3), x)) == g.neg(sign(x)));
+    CHECK(sign(g.pow(x, g.constant(3))) == sign(x));
+    CHECK(sign(g.unary(Op::tanh, x)) == sign(x));
+    CHECK(sign(g.unary(Op::exp, x)) == g.constant(1));
+}

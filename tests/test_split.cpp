@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "catch.hpp"
+#include "formulas.hpp"
+
+#include <filippov/split.hpp>
+
+#include <functional>
+#include <vector>
+
+using namespace filippov;
+
+namespace {
+
+/// Two components x and y and one parameter, of which `field` makes a right-hand side.
+Definition plane(const std::function<std::vector<Expr>(Graph&, Expr x, Expr y, Expr p)>& field,
+                 double p = 1) {
+    Definition d;
+    d.dim = 2;
+    d.defaults = {p};
+    split(d, field(d.graph, d.graph.state(0), d.graph.state(1), d.graph.param(0)));
+    return d;
+}
+Expr sign(Graph& g, Expr e) { return g.unary(Op::sign, e); }
+
+} // namespace
+
+TEST_CASE("split: one surface is found from two places", "[formulas]") {
+    Definition d = tests::oscillator_formulas();
+    REQUIRE(d.surfaces() == 1);
+    CHECK(d.kind[0] == SurfaceKind::switching);
+    CHECK(d.h[0] == d.graph.sub(d.graph.state(1), d.graph.param(5)));
+    CHECK(d.region.size() == 2);
+    for (const auto& f : d.region)
+        for (const Expr e : f)
+            CHECK_FALSE(d.graph.switches(e));
+    CHECK(d.region[0][0] == d.region[1][0]);
+    CHECK(d.region[0][1] != d.region[1][1]);
+}
+
+TEST_CASE("split: multiples are one surface, whatever their sign", "[formulas]") {
+    const auto d = plane([](Graph& g, Expr x, Expr y, Expr) {
+        const Expr u = g.sub(x, g.constant(1));
+        const Expr v = g.sub(g.constant(2), g.mul(g.constant(2), x)); // -2 u, in other words
+        return std::vector{sign(g, u), g.add(y, sign(g, v))};
+    });
+    REQUIRE(d.surfaces() == 1);
+    CHECK(d.graph.is_constant(d.region[1][0], 1));
+    CHECK(d.graph.value(d.region[1][1], 0, std::vector{3.0, 0.5}, {}) == -0.5);
+}
+
+TEST_CASE("split: a factor of parameters turns the surface with its sign", "[formulas]") {
+    const auto d = plane(
+        [](Graph& g, Expr x, Expr, Expr p) {
+            // p x - p is p times x - 1, which is not seen from its form
+            const Expr u = g.sub(g.mul(p, x), p);
+            return std::vector{sign(g, g.sub(x, g.constant(1))), sign(g, u)};
+        },
+        0.0);
+    REQUIRE(d.surfaces() == 1);
+    for (const double p : {2.0, -2.0})
+        CHECK(d.graph.value(d.region[1][1], 0, std::vector{3.0, 0.0}, std::vector{p}) ==
+              (p > 0 ? 1 : -1));
+}
+
+TEST_CASE("split: where only a derivative jumps is a kink", "[formulas]") {
+    const auto kinds = [](const auto& field) { return plane(field).kind; };
+    CHECK(kinds([](Graph& g, Expr x, Expr y, Expr) { return std::vector{g.abs(x), y}; }) ==
+          std::vector{SurfaceKind::kink});
+    // continuous although made of signs
+    CHECK(kinds([](Graph& g, Expr x, Expr y, Expr) {
+              return std::vector{g.mul(sign(g, x), g.mul(x, x)), y};
+          }) == std::vector{SurfaceKind::kink});
+    // the jump has the size of a parameter, also where that is zero by default
+    const auto d =
+        plane([](Graph& g, Expr x, Expr y,
+                 Expr p) { return std::vector{g.add(g.abs(x), g.mul(p, sign(g, x))), y}; },
+              0.0);
+    CHECK(d.kind == std::vector{SurfaceKind::switching});
+    // small forces are forces
+    CHECK(kinds([](Graph& g, Expr x, Expr y, Expr) {
+              return std::vector{g.mul(g.constant(1e-12), sign(g, x)), y};
+          }) == std::vector{SurfaceKind::switching});
+}
+
+TEST_CASE("split: a surface at which nothing changes is none", "[formulas]") {
+    CHECK(plane([](Graph& g, Expr x, Expr y, Expr) {
+              return std::vector{g.mul(sign(g, x), g.abs(x)), y};
+          }).surfaces() == 0);
+    Definition d;
+    d.dim = 1;
+    const Expr x = d.graph.state(0);
+    const std::vector<Expr> field{sign(d.graph, x)};
+    const std::vector<Expr> named{d.graph.sub(x, d.graph.constant(1))};
+    CHECK_THROWS_AS(split(d, field, named), std::invalid_argument);
+}
+
+TEST_CASE("split: a switch inside another's argument splits that one", "[formulas]") {
+    const auto d = plane([](Graph& g, Expr x, Expr y, Expr) {
+        return std::vector{sign(g, g.sub(g.abs(x), g.constant(1))), y};
+    });
+    // x itself, 1 and -1
+    REQUIRE(d.surfaces() == 3);
+    const std::vector<double> places{-2, -0.5, 0.5, 2};
+    for (const double at : places) {
+        unsigned code = 0;
+        for (int j = 0; j < 3; ++j)
+            code |= unsigned(d.graph.value(d.h[std::size_t(j)], 0, std::vector{at, 0.0}, {}) > 0)
+                    << j;
+        CHECK(d.graph.value(d.region[code][0], 0, std::vector{at, 0.0}, {}) ==
+              (std::abs(at) > 1 ? 1 : -1));
+    }
+}
+
+TEST_CASE("split: more surfaces than can be told apart are refused", "[formulas]") {
+    CHECK_THROWS_AS(plane([](Graph& g, Expr x, Expr y, Expr) {
+                        Expr sum = y;
+                        for (int k = 0; k <= most_split_surfaces; ++k)
+                            sum = g.add(sum, sign(g, g.sub(x, g.constant(k))));
+                        return std::vector{sum, y};
+                    }),
+                    std::invalid_argument);
+}
