@@ -41,7 +41,8 @@ from ._sliding_boundary import SlidingBoundary, sliding_boundaries
 from ._sliding_region import SlidingRegion, sliding_region
 from ._status import Status
 from ._store import load
-from ._system import Params, System
+from ._system import Params, System, system
+from ._trace import DefinitionError
 from ._trajectory import Branches, Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
@@ -59,6 +60,7 @@ __all__ = [
     "Branches",
     "CellGroup",
     "CellMap",
+    "DefinitionError",
     "Diagram",
     "Ensemble",
     "Equilibrium",
@@ -115,6 +117,7 @@ __all__ = [
     "sliding_boundaries",
     "sliding_region",
     "strobe_map",
+    "system",
     "tangencies",
     "unstable_set",
 ]

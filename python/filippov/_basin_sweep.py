@@ -186,7 +186,7 @@ def _picture(
     folder = Path(store)
     folder.mkdir(parents=True, exist_ok=True)
     told = repr(
-        (_core.__version__, sys.name, grid, sorted(params.items()), sorted(settings.items()))
+        (_core.__version__, sys._identity(), grid, sorted(params.items()), sorted(settings.items()))
     )
     file = folder / f"{hashlib.sha256(told.encode()).hexdigest()[:32]}.npz"
     if file.exists():

@@ -367,7 +367,7 @@ def fingerprint(arrays: Arrays) -> str:
 def run_identity(sys: System, run: RunSettings, bounds: list[float] | None) -> dict[str, Any]:
     """All that determines what comes of a start, as JSON can hold it."""
     return {
-        "system": {"name": sys.name, "state": list(sys.state)},
+        "system": sys._identity(),
         "settings": asdict(run.settings) | {"atol": list(run.settings.atol)},
         "escape": bounds,
         "instruction_set": instruction_set(),

@@ -7,6 +7,7 @@ import functools
 import importlib
 import os
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from . import _core
 from ._check import refuse
@@ -34,15 +35,22 @@ def _module(level: str) -> Any:  # noqa: ANN401 - compiled
     return importlib.import_module(f"filippov._lanes_{level}")
 
 
-@functools.cache
-def _lanes(name: str, level: str) -> Any:  # noqa: ANN401 - an opaque capsule
-    model = next(model for model in _core.models() if model.name == name)
-    return _core.one_lane(model) or _module(level).lanes(name, _core.scalar(model))
+_made: WeakKeyDictionary[_core.Model, Any] = WeakKeyDictionary()
 
 
 def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule
     """Give what `_core` runs ensembles of a system with."""
-    return _lanes(sys.name, instruction_set())
+    model = sys._model
+    if model not in _made:
+        _made[model] = _core.one_lane(model) or _lanes(model, _module(instruction_set()))
+    return _made[model]
+
+
+def _lanes(model: _core.Model, module: Any) -> Any:  # noqa: ANN401 - compiled, and a capsule
+    scalar, tapes = _core.scalar(model), _core.tapes(model)
+    if tapes is None:
+        return module.lanes(model.name, scalar)
+    return module.tape_lanes(model.dim, tapes, scalar)
 
 
 def lanes_in_a_register() -> int:

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import _core
 from ._check import refuse
-from ._system import Params, System, restore
+from ._system import Params, System, restore, restore_defined
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -172,13 +172,15 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
 
 
 def pack_system(sys: System) -> dict[str, Any]:
-    """Give a system as JSON can hold it: one of `filippov.models` with its parameter values."""
-    sys.__reduce__()  # refuses others
-    return {"name": sys.name, "params": dict(sys.params)}
+    """Give a system as JSON can hold it, with its parameter values."""
+    sys.__reduce__()  # refuses what cannot be made again
+    return sys._identity() | {"params": dict(sys.params)}
 
 
 def unpack_system(content: dict[str, Any]) -> System:
     """Give the system that was packed."""
+    if "formulas" in content:
+        return restore_defined(content["formulas"], content["params"])
     try:
         return restore(content["name"], content["params"])
     except AttributeError:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import among, floats, number, one_of, refuse
+from ._define import Definition, Formula, Function, check, define
+from ._formula import cpp_struct, latex, latex_name, write
 from ._types import FloatOrArray, Floats
 
-__all__ = ["Params", "System", "restore"]
+__all__ = ["Params", "System", "restore", "restore_defined", "system"]
 
 Side = int | Sequence[int]
 
@@ -53,38 +55,97 @@ class System:
     Side -1 is where `h < 0`, side +1 where `h > 0`; 0 stands for sliding on the surface. Every
     method takes `params`, values by name that replace `System.params` for that call.
 
-    The ready ones are in `filippov.models`.
+    Ready systems are in `filippov.models`; `filippov.system` makes one of a single function in
+    which something switches. This makes one of fields that are given side by side: a side's
+    function need not exist beyond its side.
 
     Parameters
     ----------
-    model : _core.Model
-        What evaluates and runs the system.
-    switches : sequence of str, optional
-        The switching functions as a reader would write them.
+    state : str or sequence of str
+        Names of the components: `"y v"`.
     params : mapping, optional
-        Parameter values that replace the model's defaults.
+        Names and default values of the parameters.
+    fields : mapping
+        `{"-": f, "+": g}`: the right-hand sides where the switching function is negative and
+        positive, each `f(t, s, p)` with the state and the parameters by name (`s.v`, `p.A`); for
+        two switching functions `{"--": ..., "+-": ..., "-+": ..., "++": ...}`.
+    switch : formula, or several
+        Switching function: a text (`"v - V"`) or a function of `(t, s, p)`; a list or a mapping of
+        names for several surfaces.
+    period : formula, optional
+        Period of the forcing: a number, a text, or a function of `p`.
+    jumps : mapping, optional
+        `{"wall": (h, after)}`: where `h` falls to zero the state becomes `after(t, s, p)`.
+    name : str, optional
+        What it is called.
+
+    Raises
+    ------
+    DefinitionError
+        If the functions cannot be made into a system.
+
+    Examples
+    --------
+    >>> import filippov as fp
+    >>> relay = fp.System(
+    ...     "x",
+    ...     {"b": 1.0, "c": 0.5},
+    ...     fields={"-": lambda t, s, p: p.c + p.b, "+": lambda t, s, p: p.c - p.b},
+    ...     switch="x",
+    ... )
+    >>> float(fp.simulate(relay, [1.0], (0, 5)).events["t"][1])
+    2.0
     """
 
-    __slots__ = ("_model", "_params", "_switches")
+    __slots__ = ("_definition", "_model", "_params", "_switches")
+
+    _model: _core.Model
+    _params: Params
+    _switches: tuple[str, ...]
+    _definition: Definition | None
 
     def __init__(
         self,
-        model: _core.Model,
-        *,
-        switches: Sequence[str] = (),
+        state: str | Sequence[str],
         params: Mapping[str, float] | None = None,
+        *,
+        fields: Mapping[str, Function],
+        switch: Formula | Sequence[Formula] | Mapping[str, Formula],
+        period: Formula | None = None,
+        jumps: Mapping[str, tuple[Formula, Function]] | None = None,
+        name: str = "system",
     ) -> None:
-        if not isinstance(model, _core.Model):
-            refuse(
-                "model",
-                model,
-                "expected a model; the ready systems are in filippov.models",
-                TypeError,
-            )
+        model, definition = define(
+            name, state, params, None, fields=fields, switch=switch, period=period, jumps=jumps
+        )
+        check(model, definition, fields)
+        self._fill(model, _switches_of(definition), None, definition)
+
+    def _fill(
+        self,
+        model: _core.Model,
+        switches: Sequence[str],
+        params: Mapping[str, float] | None,
+        definition: Definition | None,
+    ) -> None:
         self._model = model
         self._switches = tuple(switches)
+        self._definition = definition
         self._params = Params(dict(zip(model.params, model.defaults, strict=True)))
         self._params = self._merged(params)
+
+    @classmethod
+    def _of(
+        cls,
+        model: _core.Model,
+        switches: Sequence[str] = (),
+        params: Mapping[str, float] | None = None,
+        definition: Definition | None = None,
+    ) -> System:
+        """Make one of what evaluates and runs it."""
+        made = cls.__new__(cls)
+        made._fill(model, switches, params, definition)
+        return made
 
     # --- what it is ---------------------------------------------------------------------------
 
@@ -148,7 +209,7 @@ class System:
 
     def with_params(self, **params: float) -> System:
         """Replace parameter values: `sys.with_params(A=5)` is another system."""
-        return System(self._model, switches=self._switches, params=self._merged(params))
+        return System._of(self._model, self._switches, self._merged(params), self._definition)
 
     # --- evaluation ---------------------------------------------------------------------------
 
@@ -265,6 +326,63 @@ class System:
 
     # --- words --------------------------------------------------------------------------------
 
+    def latex(self) -> str:
+        r"""Write the system in LaTeX: an `aligned` block of its fields, one for each region.
+
+        Raises
+        ------
+        TypeError
+            For a compiled system, whose formulas are not known.
+        """
+        definition = self._formulas()
+        rows = []
+        for code, region in enumerate(definition.region):
+            where = r",\ ".join(
+                f"{self._words(h, latex)} {'>' if code >> j & 1 else '<'} 0"
+                for j, h in enumerate(definition.h[: self._splits()])
+            )
+            for name, e in zip(self.state, region, strict=True):
+                rows.append(rf"\dot{{{latex_name(name)}}} &= {self._words(e, latex)} && {where}")
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def to_cpp(self, name: str | None = None) -> str:
+        """Write a C++ header with a struct that is this system, for `#include <filippov/...>`.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of the struct; by default the system's.
+
+        Raises
+        ------
+        TypeError
+            For a compiled system, which is C++ already.
+        """
+        definition = self._formulas()
+        return cpp_struct(definition, name or self.name, dict(self._params), self.kinds)
+
+    def _identity(self) -> dict[str, Any]:
+        """Tell which equations it has, as JSON can hold it; parameter values are apart."""
+        told: dict[str, Any] = {"name": self.name, "state": list(self.state)}
+        if self._definition is not None:
+            told["formulas"] = self._definition.plain()
+        return told
+
+    def _formulas(self) -> Definition:
+        if self._definition is None:
+            raise TypeError(f"{self.name} is a compiled model: its formulas are not known here")
+        return self._definition
+
+    def _splits(self) -> int:
+        return sum(kind != "jump" for kind in self.kinds)
+
+    def _words(self, e: int, language: Any = None) -> str:  # noqa: ANN401 - see _formula.Language
+        definition = self._formulas()
+        names = (self.state, tuple(self._params))
+        if language is None:
+            return write(definition.graph, e, *names)
+        return write(definition.graph, e, *names, language)
+
     def __repr__(self) -> str:
         model = self._model
         lines = [f"System {self.name!r}", f"  state    {', '.join(self.state)}"]
@@ -286,6 +404,8 @@ class System:
         return "\n".join(lines)
 
     def __reduce__(self) -> tuple[Any, ...]:
+        if self._definition is not None:
+            return restore_defined, (self._definition.plain(), dict(self._params))
         from . import models
 
         if getattr(models, self.name, None) is None:
@@ -379,3 +499,89 @@ def restore(name: str, params: dict[str, float]) -> System:
 
     system: System = getattr(models, name)
     return system.with_params(**params)
+
+
+def restore_defined(plain: dict[str, Any], params: dict[str, float]) -> System:
+    """Make a defined system again."""
+    model, definition = Definition.of(plain).made()
+    return System._of(model, _switches_of(definition), params, definition)
+
+
+def _switches_of(definition: Definition) -> tuple[str, ...]:
+    """Switching functions in words."""
+    names = (definition.state, tuple(definition.params))
+    return tuple(write(definition.graph, h, *names) for h in definition.h)
+
+
+def system(
+    state: str | Sequence[str],
+    params: Mapping[str, float] | None = None,
+    *,
+    period: Formula | None = None,
+    surfaces: Mapping[str, Formula] | None = None,
+    jumps: Mapping[str, tuple[Formula, Function]] | None = None,
+    name: str | None = None,
+) -> Callable[[Function], System]:
+    """Make a system of one function in which something switches.
+
+    The function is called once, with numbers that record what is done with them: plain numpy code
+    with `sign`, `abs`, `where`, `heaviside`, `minimum`, `maximum` and comparisons. What it switches
+    on is found, and the right-hand side is split there into smooth fields, which run compiled and
+    are differentiated exactly. Where the field jumps is a surface that is crossed or slid on; where
+    only a derivative jumps (`abs`) it is a kink. The formulas are checked against the function at
+    random points.
+
+    Parameters
+    ----------
+    state : str or sequence of str
+        Names of the components: `"y v"`.
+    params : mapping, optional
+        Names and default values of the parameters.
+    period : formula, optional
+        Period of the forcing: a number, a text, or a function of `p`. Without it the system counts
+        as autonomous, or forced without a period.
+    surfaces : mapping, optional
+        Names for surfaces, each with its switching function: a text (`"v - 1"`) or a function of
+        `(t, s, p)`. They come first, in this order, with the sign they are given; else
+        `h` is the argument of the switch as it is first written.
+    jumps : mapping, optional
+        `{"wall": (h, after)}`: where `h` falls to zero the state becomes `after(t, s, p)`.
+    name : str, optional
+        What it is called; by default the name of the function.
+
+    Returns
+    -------
+    decorator
+        Of a function `f(t, s, p)`: time, state and parameters, whose entries have names (`s.v`,
+        `p.A`), indices and unpack. It returns the derivatives, one a component.
+
+    Raises
+    ------
+    DefinitionError
+        If the function cannot be recorded; the message says what to write instead.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import filippov as fp
+    >>> @fp.system(state="x v", params={"F": 0.4})
+    ... def block(t, s, p):
+    ...     return s.v, -s.x - p.F * np.sign(s.v)
+    >>> run = fp.simulate(block, [3, 0], (0, 20))
+    >>> run.y[:, -1].round(6)
+    array([-0.2,  0. ])
+    """
+    if callable(state):
+        refuse("state", state, "expected names, as in @filippov.system(state='y v')", TypeError)
+
+    def decorate(function: Function) -> System:
+        if not callable(function):
+            refuse("function", function, "expected a function f(t, s, p)", TypeError)
+        called = name or str(getattr(function, "__name__", "system"))
+        model, definition = define(
+            called, state, params, function, surfaces=surfaces, period=period, jumps=jumps
+        )
+        check(model, definition, {"": function})
+        return System._of(model, _switches_of(definition), None, definition)
+
+    return decorate

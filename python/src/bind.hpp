@@ -125,6 +125,7 @@ void bind_basins(py::module_& m);
 void bind_cells(py::module_& m);
 void bind_diagram(py::module_& m);
 void bind_ensemble(py::module_& m);
+void bind_formulas(py::module_& m);
 void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);
 void bind_maps(py::module_& m);

@@ -119,6 +119,13 @@ void bind_ensemble(py::module_& m) {
             return py::none();
         return capsule_of<LanesPointer, lanes_capsule>(std::move(lanes));
     });
+    // Null for a system that is not one of formulas.
+    m.def("tapes", [](const Model& model) -> py::object {
+        TapesPointer tapes = model.tapes();
+        if (tapes == nullptr)
+            return py::none();
+        return capsule_of<TapesPointer, tapes_capsule>(std::move(tapes));
+    });
     // The best instruction set that lanes are compiled for and this processor has.
     m.def("instruction_set", [] {
 #if defined(__x86_64__) && defined(__GNUC__)

@@ -29,6 +29,7 @@ PYBIND11_MODULE(_core, m) {
     fpy::bind_orbit(m);
     fpy::bind_maps(m);
     fpy::bind_geometry(m);
+    fpy::bind_formulas(m);
 
     pybind11::dict config;
     config["compiler"] = compiler;

@@ -106,8 +106,6 @@ def test_wrong_arguments_are_named(call, words):
 def test_no_numbers_is_a_type_error():
     with pytest.raises(TypeError, match="expected numbers"):
         models.oscillator.h("a", [0, 0])
-    with pytest.raises(TypeError, match=r"filippov\.models"):
-        fp.System("oscillator")
 
 
 def test_with_params_is_another_system():

@@ -8,6 +8,10 @@
 #include <memory>
 #include <string>
 
+namespace filippov {
+class TapeProgram;
+} // namespace filippov
+
 namespace filippov::python {
 
 using LanesPointer = std::shared_ptr<const AnyLanes>;
@@ -17,10 +21,18 @@ using ScalarPointer = std::shared_ptr<const AnyScalar>;
 inline constexpr const char* lanes_capsule = "filippov.AnyLanes";
 /// ... and one of the scalar engine that they need.
 inline constexpr const char* scalar_capsule = "filippov.AnyScalar";
+/// ... and one of the tapes of a system of formulas.
+inline constexpr const char* tapes_capsule = "filippov.TapeProgram";
 
 LanesPointer oscillator_lanes(const ScalarPointer& scalar);
 LanesPointer friction_lanes(const std::string& name, const ScalarPointer& scalar);
 LanesPointer relay_lanes(const std::string& name, const ScalarPointer& scalar);
+using TapesPointer = std::shared_ptr<const TapeProgram>;
+/// Parameters with what is derived from them, as in tape_model.hpp.
+inline constexpr int tape_params = 32;
+
+/// Of a system of formulas with one surface.
+LanesPointer tape_lanes(int dim, const TapesPointer& tapes, const ScalarPointer& scalar);
 LanesPointer plane_lanes(const std::string& name, const ScalarPointer& scalar);
 
 } // namespace filippov::python

@@ -1,0 +1,396 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Systems of a user's own: functions in, compiled model out."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import keyword
+import math
+import numbers
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from dataclasses import field as default
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._check import refuse
+from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
+from ._types import Floats
+
+__all__ = ["Definition", "Formula", "Function", "define"]
+
+#: `f(t, s, p)`: time, state and parameters by name; the derivatives, one a component.
+Function = Callable[..., Any]
+#: A formula as text, a number, or a function of `(t, s, p)`.
+Formula = str | float | Function
+
+#: What formulas in text may use besides the names of the system.
+_WORDS = {
+    word: getattr(np, word)
+    for line in (
+        "abs arccos arcsin arctan clip cos cosh exp heaviside hypot log log10 maximum minimum pi",
+        "select sign sin sinh sqrt square tan tanh where",
+    )
+    for word in line.split()
+}
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A system as formulas: everything that is needed to make it again."""
+
+    name: str
+    state: tuple[str, ...]
+    params: dict[str, float]
+    graph: _core.Graph
+    field: list[int]  #: right-hand side
+    surfaces: dict[str, int] = default(default_factory=dict)  #: named ones
+    jumps: dict[str, tuple[int, list[int]]] = default(default_factory=dict)
+    period: int | None = None
+    # what is found
+    h: list[int] = default(default_factory=list)
+    region: list[list[int]] = default(default_factory=list)  #: bit j of its number: side of h_j
+
+    def made(self) -> tuple[_core.Model, Definition]:
+        """Compile it."""
+        try:
+            found = _core.define(
+                self.graph,
+                self.name,
+                list(self.state),
+                list(self.params),
+                list(self.params.values()),
+                self.field,
+                list(self.surfaces.values()),
+                list(self.jumps.values()),
+                self.period,
+            )
+        except ValueError as error:
+            raise DefinitionError(str(error)) from None
+        full = Definition(
+            self.name,
+            self.state,
+            self.params,
+            found["graph"],
+            self.field,
+            self.surfaces,
+            self.jumps,
+            self.period,
+            found["h"],
+            found["region"],
+        )
+        return found["model"], full
+
+    def plain(self) -> dict[str, Any]:
+        """Give it in numbers, text, lists and dictionaries."""
+        return {
+            "name": self.name,
+            "state": list(self.state),
+            "params": dict(self.params),
+            "nodes": [list(node) for node in self.graph.nodes()],
+            "field": self.field,
+            "surfaces": dict(self.surfaces),
+            "jumps": {name: [h, after] for name, (h, after) in self.jumps.items()},
+            "period": self.period,
+        }
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> Definition:
+        """Make it again from `plain`."""
+        return cls(
+            plain["name"],
+            tuple(plain["state"]),
+            dict(plain["params"]),
+            _core.Graph.of([tuple(node) for node in plain["nodes"]]),
+            list(plain["field"]),
+            dict(plain["surfaces"]),
+            {name: (h, list(after)) for name, (h, after) in plain["jumps"].items()},
+            plain["period"],
+        )
+
+
+def names_of(what: str, names: str | Sequence[str]) -> tuple[str, ...]:
+    """Names in a text, separated by spaces or commas, or in a sequence."""
+    if isinstance(names, str):
+        names = names.replace(",", " ").split()
+    try:
+        found = tuple(names)
+    except TypeError:
+        refuse(what, names, "expected names, as in 'y v'", TypeError)
+    for name in found:
+        if not str(name).isidentifier() or keyword.iskeyword(name):
+            refuse(what, names, f"{name!r} is no name")
+        if name.startswith("_") or name == "t":
+            refuse(what, names, f"the name {name!r} has another meaning")
+    if len(set(found)) != len(found):
+        refuse(what, names, "expected different names")
+    return found
+
+
+class Recorder:
+    """The arguments of a user's functions, and what becomes of them."""
+
+    def __init__(self, state: tuple[str, ...], params: Mapping[str, float]) -> None:
+        self.graph = _core.Graph()
+        g = self.graph
+        self.state_names = state
+        self.param_names = tuple(params)
+        self.t = Expression(g, g.time())
+        self.s = Names(state, [Expression(g, g.state(i)) for i in range(len(state))], "state")
+        self.p = Names(
+            self.param_names,
+            [Expression(g, g.param(i)) for i in range(len(params))],
+            "parameter",
+        )
+
+    def record(self, function: Function, what: str, names: Sequence[str]) -> list[int]:
+        """Call a function of the state once; nodes of the numbers that it returns."""
+        values = call(function, what, self.t, self.s, self.p)
+        return as_expressions(self.graph, values, len(names), what, names)
+
+    def formula(self, formula: object, what: str) -> int:
+        """Node of one number, in text or as a function."""
+        if isinstance(formula, str):
+            value = self._evaluated(formula, what)
+        elif callable(formula):
+            value = call(formula, what, self.t, self.s, self.p)
+        else:
+            value = formula
+        e = self.t._lift(value)
+        if e is None:
+            refuse(what, formula, "expected a formula in text, or a function f(t, s, p)", TypeError)
+        return e
+
+    def _evaluated(self, text: str, what: str) -> Any:  # noqa: ANN401
+        known = {**_WORDS, "t": self.t}
+        known |= dict(zip(self.param_names, self.p, strict=True))
+        known |= dict(zip(self.state_names, self.s, strict=True))
+        try:
+            return eval(text, {"__builtins__": {}}, known)
+        except DefinitionError:
+            raise
+        except Exception as error:
+            raise DefinitionError(
+                f"{what} = {text!r} cannot be read: {error}. Known are t,"
+                f" {', '.join((*self.state_names, *self.param_names))} and numpy's functions"
+            ) from None
+
+
+def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa: ANN401
+    """Call `f(t, s, p)`, or `f(t, s)`."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # some compiled ones have none
+        return function(t, s, p)
+    positional = [v for v in parameters if v.kind in (v.POSITIONAL_ONLY, v.POSITIONAL_OR_KEYWORD)]
+    required = [v for v in positional if v.default is v.empty]
+    many = any(v.kind is v.VAR_POSITIONAL for v in parameters)
+    if len(required) > 3 or (len(positional) < 2 and not many):
+        raise DefinitionError(
+            f"{what} takes {len(required)} arguments; expected f(t, s, p): time, state, parameters"
+        )
+    # f(t, s, i=i) keeps its own i
+    three = many or len(required) == 3 or (len(positional) > 2 and positional[2].name == "p")
+    return function(t, s, p) if three else function(t, s)
+
+
+def defaults_of(params: object) -> dict[str, float]:
+    """Check parameters and their default values."""
+    if params is None:
+        return {}
+    if not isinstance(params, Mapping):
+        refuse("params", params, "expected a mapping of names to default values", TypeError)
+    names_of("params", tuple(params))
+    for name, value in params.items():
+        if not isinstance(value, numbers.Real) or not math.isfinite(value):
+            refuse(f"params[{name!r}]", value, "expected a finite number")
+    if len(params) > _core.most_tape_params:
+        refuse("params", params, f"expected {_core.most_tape_params} at most")
+    return {name: float(value) for name, value in params.items()}
+
+
+def define(
+    name: str,
+    state: str | Sequence[str],
+    params: object,
+    function: Function | None,
+    *,
+    fields: Mapping[str, Function] | None = None,
+    switch: object = None,
+    surfaces: Mapping[str, Formula] | None = None,
+    period: object = None,
+    jumps: Mapping[str, tuple[Formula, Function]] | None = None,
+) -> tuple[_core.Model, Definition]:
+    """Record functions and compile them; see `filippov.system` and `filippov.System`."""
+    components = names_of("state", state)
+    if not 1 <= len(components) <= _core.most_tape_dims:
+        refuse("state", state, f"expected 1 to {_core.most_tape_dims} names")
+    defaults = defaults_of(params)
+    for both in set(components) & set(defaults):
+        refuse("params", params, f"{both!r} is a name of the state, too")
+    recorder = Recorder(components, defaults)
+    named: dict[str, int] = {}
+    for key, formula in _mapping("surfaces", surfaces).items():
+        named[key] = recorder.formula(formula, f"surfaces[{key!r}]")
+    if function is not None:
+        nodes = recorder.record(function, name, components)
+    else:
+        switches = {
+            key: recorder.formula(formula, f"switch {key}")
+            for key, formula in _switches(switch).items()
+        }
+        nodes = _joined_fields(recorder, fields, switches, components)
+        named = switches
+    for key, h in named.items():
+        if not recorder.graph.varies(h):
+            raise DefinitionError(f"surface {key}: its function does not depend on state or time")
+    after = {}
+    for key, pair in _mapping("jumps", jumps).items():
+        if not isinstance(pair, Sequence) or len(pair) != 2:
+            refuse(f"jumps[{key!r}]", pair, "expected (h, the function of the state after)")
+        h, jump = pair
+        if not callable(jump):
+            refuse(f"jumps[{key!r}]", pair, "expected a function f(t, s, p) behind h", TypeError)
+        after[key] = (
+            recorder.formula(h, f"jumps[{key!r}]"),
+            recorder.record(jump, f"jumps[{key!r}]", components),
+        )
+    repeats = None
+    if period is not None:
+        of_p = (lambda t, s, p: period(p)) if callable(period) else period
+        repeats = recorder.formula(of_p, "period")
+        if recorder.graph.varies(repeats):
+            raise DefinitionError("the period depends on time or state")
+    definition = Definition(
+        name, components, defaults, recorder.graph, nodes, named, after, repeats
+    )
+    return definition.made()
+
+
+def _mapping(what: str, value: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        refuse(what, value, "expected a mapping of names", TypeError)
+    return value
+
+
+def _switches(switch: object) -> dict[str, Any]:
+    """Switching functions by name: one formula, several, or a mapping."""
+    if isinstance(switch, Mapping):
+        return dict(switch)
+    if isinstance(switch, (list, tuple)):
+        return {f"h{j}": h for j, h in enumerate(switch)}
+    if switch is None:
+        refuse("switch", switch, "expected the switching function", TypeError)
+    return {"h": switch}
+
+
+def _joined_fields(
+    recorder: Recorder,
+    fields: Mapping[str, Function] | None,
+    switches: dict[str, int],
+    components: tuple[str, ...],
+) -> list[int]:
+    """One right-hand side of the fields on all sides."""
+    wanted = ["".join(sides) for sides in itertools.product("-+", repeat=len(switches))]
+    if not isinstance(fields, Mapping) or set(fields) != set(wanted):
+        refuse("fields", fields, f"expected a function for each of {', '.join(wanted)}")
+    g = recorder.graph
+    recorded = {}
+    for sides, function in fields.items():
+        if not callable(function):
+            refuse(f"fields[{sides!r}]", function, "expected a function f(t, s, p)", TypeError)
+        recorded[sides] = recorder.record(function, f"fields[{sides!r}]", components)
+
+    def chosen(sides: str, component: int) -> int:
+        if len(sides) == len(switches):
+            return recorded[sides][component]
+        above = g.step(list(switches.values())[len(sides)])
+        return g.where(above, chosen(sides + "+", component), chosen(sides + "-", component))
+
+    return [chosen("", i) for i in range(len(components))]
+
+
+# --- the check of what was recorded ---------------------------------------------------------------
+
+
+def check(model: _core.Model, definition: Definition, functions: Mapping[str, Function]) -> None:
+    """Compare the model with the functions that it was made from, at random points.
+
+    Parameters
+    ----------
+    functions : mapping
+        By the sides of the surfaces where each one counts; "" for everywhere.
+    """
+    _check_period(model, definition)
+    random = np.random.default_rng(20080131)
+    values = np.array(list(definition.params.values()))
+    p = Numbers(tuple(definition.params), values)
+    n = len(definition.state)
+    size = 0.0
+    for k in range(24):
+        t = 10.0 * random.random()
+        x = random.standard_normal(n) * 10.0 ** (k % 3 - 1)
+        side = np.sign(model.h(np.array([t]), x[None, :], values)[0]).astype(int)
+        if np.any(side == 0):
+            continue
+        sides = "".join("+" if v > 0 else "-" for v in side)
+        function = next(f for key, f in functions.items() if sides.startswith(key))
+        s = Numbers(definition.state, x)
+        with np.errstate(all="ignore"):
+            wanted = _numbers(call(function, definition.name, t, s, p), definition)
+        got = model.field(np.array([t]), x[None, :], [int(v) for v in side], values)[0]
+        size = max(size, float(np.max(np.abs(wanted), initial=0.0, where=np.isfinite(wanted))))
+        for i, name in enumerate(definition.state):
+            if math.isfinite(wanted[i]) and not _close(got[i], wanted[i], size):
+                at = ", ".join(
+                    f"{key} = {float(v):.6g}" for key, v in zip(definition.state, x, strict=True)
+                )
+                raise DefinitionError(
+                    f"{definition.name}: the derivative of {name} was recorded as"
+                    f" {float(got[i]):.9g}, and is {float(wanted[i]):.9g} at t = {t:.6g}, {at}. A"
+                    " function is called once, to be recorded: it cannot use random numbers, change"
+                    " what it uses, or write into arrays"
+                )
+
+
+def _check_period(model: _core.Model, definition: Definition) -> None:
+    """Compare the fields with themselves a period later."""
+    values = np.array(list(definition.params.values()))
+    period = model.period(values)
+    if definition.period is None or not 0 < period < math.inf:
+        return
+    random = np.random.default_rng(20080131)
+    for k in range(8):
+        t = np.array([period * random.random()])
+        x = random.standard_normal((1, len(definition.state))) * 10.0 ** (k % 3 - 1)
+        side = [1 if v > 0 else -1 for v in random.standard_normal(model.surfaces)]
+        sides = [
+            (model.field(at, x, side, values), model.h(at, x, values)) for at in (t, t + period)
+        ]
+        for now, later in zip(*sides, strict=True):
+            size = float(np.max(np.abs(now), initial=0.0))
+            if np.all(np.isfinite(now)) and np.max(np.abs(now - later), initial=0.0) > 1e-6 * size:
+                raise DefinitionError(
+                    f"{definition.name} does not repeat after its period, {period:.9g}: at t ="
+                    f" {t[0]:.6g} and a period later it differs by"
+                    f" {np.max(np.abs(now - later)):.3g}"
+                )
+
+
+def _numbers(values: Any, definition: Definition) -> Floats:  # noqa: ANN401
+    try:
+        found = np.array([float(v) for v in np.atleast_1d(np.asarray(tuple(values)))])
+    except TypeError:
+        found = np.array([float(values)])
+    if found.size != len(definition.state):
+        raise DefinitionError(f"{definition.name} returned {found.size} values for numbers")
+    return found
+
+
+def _close(a: float, b: float, size: float) -> bool:
+    return abs(a - b) <= 1e-8 * (abs(a) + abs(b)) + 1e-10 * size

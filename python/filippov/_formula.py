@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Formulas in words: as Python would write them, in C++ and in LaTeX."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from . import _core
+
+if TYPE_CHECKING:
+    from ._define import Definition
+
+__all__ = ["Language", "cpp", "cpp_struct", "latex", "latex_name", "python", "text", "write"]
+
+_Node: TypeAlias = tuple[str, int, int, int, int, float]
+
+# How tightly an operation binds.
+_SUM, _PRODUCT, _SIGN, _POWER, _ATOM = 1, 2, 3, 4, 5
+
+
+@dataclass(frozen=True)
+class Language:
+    """How a language writes what differs between languages."""
+
+    constant: Callable[[float], str]
+    name: Callable[[str], str]
+    functions: dict[str, str]
+    call: Callable[[str, str], str]
+    product: str
+    quotient: Callable[[str, str], str] | None  #: None: with a slash
+    power: Callable[[str, str], str]
+    where: Callable[[str, str, str], str]
+
+
+def _number(value: float) -> str:
+    return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
+
+
+_PYTHON_NAMES = {"asin": "arcsin", "atan": "arctan"}
+python = Language(
+    constant=_number,
+    name=str,
+    functions=_PYTHON_NAMES,
+    call=lambda f, x: f"{f}({x})",
+    product="*",
+    quotient=None,
+    power=lambda a, b: f"{a}**{b}",
+    where=lambda c, a, b: f"where({c} > 0.5, {a}, {b})",
+)
+cpp = Language(
+    constant=lambda value: f"S({value!r})",
+    name=str,
+    functions={},
+    call=lambda f, x: f"{f}(S({x}))",
+    product=" * ",
+    quotient=None,
+    power=lambda a, b: f"pow(S({a}), {b})",
+    where=lambda c, a, b: f"select({c} > S(0.5), S({a}), S({b}))",
+)
+_GREEK = {
+    letter
+    for line in (
+        "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi",
+        "chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega",
+    )
+    for letter in line.split()
+}
+
+
+def latex_name(name: str) -> str:
+    """Write a name: Greek letters, and what follows them as an index."""
+    found = re.fullmatch(r"([A-Za-z]+?)_?(\d*|_\w+)", name)
+    stem, index = (found[1], found[2].lstrip("_")) if found else (name, "")
+    letter = rf"\{stem}" if stem in _GREEK else stem if len(stem) == 1 else rf"\mathrm{{{stem}}}"
+    return f"{letter}_{{{index}}}" if index else letter
+
+
+latex = Language(
+    constant=_number,
+    name=latex_name,
+    functions={name: rf"\{name}" for name in ("sin", "cos", "tan", "exp", "sinh", "cosh", "tanh")}
+    | {"log": r"\ln", "asin": r"\arcsin", "atan": r"\arctan", "sign": r"\operatorname{sign}"},
+    call=lambda f, x: rf"\sqrt{{{x}}}" if f == "sqrt" else rf"{f}\left({x}\right)",
+    product=r"\,",
+    quotient=lambda a, b: rf"\frac{{{a}}}{{{b}}}",
+    power=lambda a, b: f"{a}^{{{b}}}",
+    where=lambda c, a, b: rf"\left[{c}\,?\,{a}:{b}\right]",
+)
+
+
+def write(
+    graph: _core.Graph,
+    e: int,
+    state: Sequence[str],
+    params: Sequence[str],
+    language: Language = python,
+    *,
+    named: Mapping[int, str] | None = None,
+) -> str:
+    """Write an expression, with the fewest parentheses.
+
+    Parameters
+    ----------
+    named : mapping, optional
+        Names of nodes that are written by name.
+    """
+    nodes = graph.nodes()
+    known = {} if named is None else {i: (name, _ATOM) for i, name in named.items() if i != e}
+
+    def part(i: int, least: int) -> str:
+        words, binds = known[i]
+        return words if binds >= least else f"({words})"
+
+    for i in _below(nodes, [e]):
+        if i not in known:
+            known[i] = _one(nodes[i], part, state, params, language)
+    return known[e][0]
+
+
+def _below(nodes: Sequence[_Node], roots: Sequence[int]) -> list[int]:
+    """Everything that expressions are made of, operands first."""
+    needed = set(roots)
+    for i in range(max(roots), -1, -1):
+        if i in needed:
+            needed.update(a for a in nodes[i][1:4] if a >= 0)
+    return sorted(needed)
+
+
+def _one(
+    node: _Node,
+    part: Callable[[int, int], str],
+    state: Sequence[str],
+    params: Sequence[str],
+    language: Language,
+) -> tuple[str, int]:
+    op, a, b, c, index, value = node
+    match op:
+        case "constant":
+            return language.constant(value), _ATOM if value >= 0 else _SUM
+        case "time":
+            return "t", _ATOM
+        case "state":
+            return language.name(state[index]), _ATOM
+        case "param":
+            return language.name(params[index]), _ATOM
+        case "add":
+            return f"{part(a, _SUM)} + {part(b, _SUM)}", _SUM
+        case "sub":
+            return f"{part(a, _SUM)} - {part(b, _PRODUCT)}", _SUM
+        case "mul":
+            return f"{part(a, _PRODUCT)}{language.product}{part(b, _PRODUCT)}", _PRODUCT
+        case "div" if language.quotient is not None:
+            return language.quotient(part(a, 0), part(b, 0)), _ATOM
+        case "div":
+            return f"{part(a, _PRODUCT)}/{part(b, _SIGN)}", _PRODUCT
+        case "neg":
+            return f"-{part(a, _PRODUCT)}", _SUM
+        case "pow":
+            return language.power(part(a, _ATOM), part(b, _ATOM)), _POWER
+        case "powi":
+            return language.power(part(a, _ATOM), str(index)), _POWER
+        case "where":
+            return language.where(part(a, _SUM), part(b, 0), part(c, 0)), _ATOM
+        case _:
+            return language.call(language.functions.get(op, op), part(a, 0)), _ATOM
+
+
+def text(graph: _core.Graph, e: int) -> str:
+    """Write an expression whose names are not known."""
+    nodes = graph.nodes()
+    state = [f"x{k}" for k in range(1 + max((n[4] for n in nodes if n[0] == "state"), default=0))]
+    params = [f"p{k}" for k in range(1 + max((n[4] for n in nodes if n[0] == "param"), default=0))]
+    return write(graph, e, state, params)
+
+
+# --- C++ ------------------------------------------------------------------------------------------
+
+_CPP_HEAD = """\
+// {name}: written by filippov {version}.
+#pragma once
+
+#include <filippov/elementary.hpp>
+#include <filippov/system.hpp>
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+struct {name} {{
+    static constexpr int dim = {dim};
+    static constexpr std::array<std::string_view, dim> state{{{state}}};
+    static constexpr std::array<std::string_view, {n}> params{{{params}}};
+    static constexpr std::array<double, {n}> defaults{{{defaults}}};
+{surfaces}
+    template <class S> using X = filippov::Vec<S, dim>;
+    template <class S> using P = filippov::Vec<S, {n}>;
+"""
+_CPP_SURFACES = """\
+    static constexpr int surfaces = {m};
+    static constexpr std::array<filippov::SurfaceKind, surfaces> kinds{{{kinds}}};
+"""
+_CPP_SIGN = """\
+        const auto sign = [](const S& v) {
+            return filippov::select(v > S(0), S(1), filippov::select(v < S(0), S(-1), S(0)));
+        };
+"""
+_CPP_OWN = ("cos", "sin")  #: those of filippov::elementary, which inline
+_CPP_STD = ("asin", "atan", "cosh", "exp", "log", "pow", "sinh", "sqrt", "tan", "tanh")
+
+
+def _cpp_using(body: str) -> str:
+    """Declare the functions that a body calls."""
+    called = set(re.findall(r"\b([a-z]+)\(", body))
+    lines = [f"        using filippov::elementary::{f};\n" for f in _CPP_OWN if f in called]
+    lines += [f"        using std::{f};\n" for f in _CPP_STD if f in called]
+    if "select" in called:
+        lines.append("        using filippov::select;\n")
+    return "".join(lines) + (_CPP_SIGN if "sign" in called else "")
+
+
+def cpp_struct(
+    definition: Definition, name: str, params: Mapping[str, float], kinds: Sequence[str]
+) -> str:
+    """Write a system as a C++ struct that meets the concept of the headers."""
+    if not name.isidentifier():
+        raise ValueError(f"name = {name!r}: expected a name of C++")
+    m = len(definition.h)
+    single = m == 1 and kinds[0] == "switching"
+    parts = [
+        _CPP_HEAD.format(
+            name=name,
+            version=_core.__version__,
+            dim=len(definition.state),
+            n=len(params),
+            state=", ".join(f'"{v}"' for v in definition.state),
+            params=", ".join(f'"{v}"' for v in params),
+            defaults=", ".join(repr(v) for v in params.values()),
+            surfaces=""
+            if single
+            else _CPP_SURFACES.format(
+                m=m, kinds=", ".join(f"filippov::SurfaceKind::{kind}" for kind in kinds)
+            ),
+        )
+    ]
+    unused = "[[maybe_unused]] "
+    p = f"{unused}const P<S>& p"
+    t, x = f"{unused}const S& t", f"{unused}const X<S>& x"
+
+    def function(returned: str, called: str, arguments: str, body: str) -> None:
+        parts.append(
+            f"    template <class S>\n    {returned} {called}({arguments}) const {{\n"
+            f"{_cpp_using(body)}{body}    }}\n"
+        )
+
+    def vector(nodes: Sequence[int], type_: str = "X<S>") -> str:
+        return _cpp_body(definition, nodes, type_)
+
+    if single:
+        function("X<S>", "f1", f"{t}, {x}, {p}", vector(definition.region[0]))
+        function("X<S>", "f2", f"{t}, {x}, {p}", vector(definition.region[1]))
+        function("S", "h", f"{t}, {x}, {p}", _cpp_body(definition, definition.h, "S"))
+    else:
+        splits = [j for j in range(m) if kinds[j] != "jump"]
+        code = " + ".join(f"{1 << j} * (side[{j}] > 0)" for j in splits) or "0"
+        cases = "".join(
+            f"        case {k}: {{\n{vector(region)}        }}\n"
+            for k, region in enumerate(definition.region[1:], 1)
+        )
+        body = f"        switch ({code}) {{\n{cases}        default: {{\n"
+        body += vector(definition.region[0]) + "        }\n        }\n"
+        function(
+            "X<S>", "region", f"{t}, {x}, {unused}const filippov::Mode<surfaces>& side, {p}", body
+        )
+        returned = "S" if m == 1 else f"filippov::Vec<S, {m}>"
+        function(returned, "h", f"{t}, {x}, {p}", _cpp_body(definition, definition.h, returned))
+        if "jump" in kinds:
+            jumps = dict(enumerate(definition.jumps.values(), len(splits)))
+            cases = "".join(
+                f"        case {j}: {{\n{vector(after)}        }}\n"
+                for j, (_, after) in jumps.items()
+            )
+            rest = "        default:\n            return x;\n        }\n"
+            body = f"        switch (j) {{\n{cases}{rest}"
+            function("X<S>", "jump", f"{unused}int j, {t}, {x}, {p}", body)
+    if definition.period is not None:
+        function("S", "period", p, _cpp_body(definition, [definition.period], "S"))
+    return "\n".join(parts) + "};\n"
+
+
+def _cpp_body(definition: Definition, outputs: Sequence[int], returned: str) -> str:
+    """Statements that compute nodes and return them; what is used twice has a name."""
+    nodes = definition.graph.nodes()
+    state = [f"x[{i}]" for i in range(len(definition.state))]
+    params = [f"p[{k}]" for k in range(len(definition.params))]
+    below = _below(nodes, outputs)
+    uses = Counter(a for i in below for a in nodes[i][1:4] if a >= 0)
+    named: dict[int, str] = {}
+    lines = []
+    for i in below:
+        if uses[i] > 1 and nodes[i][0] not in ("constant", "time", "state", "param"):
+            formula = write(definition.graph, i, state, params, cpp, named=named)
+            named[i] = f"v{len(named)}"
+            lines.append(f"        const S {named[i]} = {formula};\n")
+
+    def value(e: int) -> str:
+        return named.get(e) or write(definition.graph, e, state, params, cpp, named=named)
+
+    if returned == "S":
+        return "".join(lines) + f"        return S({value(outputs[0])});\n"
+    lines.append(f"        {returned} f;\n")
+    lines += [f"        f[{i}] = S({value(e)});\n" for i, e in enumerate(outputs)]
+    return "".join(lines) + "        return f;\n"

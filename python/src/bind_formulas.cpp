@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bind.hpp"
+#include "tape_model.hpp"
+
+#include <array>
+#include <utility>
+
+namespace filippov::python {
+
+namespace {
+
+using GraphPointer = std::shared_ptr<Graph>;
+using NodeRow = std::tuple<std::string, Expr, Expr, Expr, int, double>;
+
+struct Named {
+    Op op;
+    const char* name;
+};
+constexpr std::array names{
+    Named{Op::constant, "constant"}, Named{Op::time, "time"}, Named{Op::state, "state"},
+    Named{Op::param, "param"},       Named{Op::add, "add"},   Named{Op::sub, "sub"},
+    Named{Op::mul, "mul"},           Named{Op::div, "div"},   Named{Op::pow, "pow"},
+    Named{Op::neg, "neg"},           Named{Op::powi, "powi"}, Named{Op::sqrt, "sqrt"},
+    Named{Op::exp, "exp"},           Named{Op::log, "log"},   Named{Op::sin, "sin"},
+    Named{Op::cos, "cos"},           Named{Op::tan, "tan"},   Named{Op::asin, "asin"},
+    Named{Op::atan, "atan"},         Named{Op::sinh, "sinh"}, Named{Op::cosh, "cosh"},
+    Named{Op::tanh, "tanh"},         Named{Op::sign, "sign"}, Named{Op::where, "where"},
+};
+const char* name_of(Op op) {
+    for (const Named& n : names)
+        if (n.op == op)
+            return n.name;
+    return "";
+}
+Op op_of(const std::string& name) {
+    for (const Named& n : names)
+        if (name == n.name)
+            return n.op;
+    throw std::invalid_argument("filippov._core: no operation " + name);
+}
+
+/// An expression of this graph.
+Expr known(const Graph& graph, Expr e) {
+    expect(e >= 0 && std::size_t(e) < graph.size(), "an expression is a number of its graph");
+    return e;
+}
+std::vector<Expr> all_known(const Graph& graph, const std::vector<Expr>& all) {
+    for (const Expr e : all)
+        known(graph, e);
+    return all;
+}
+
+std::vector<NodeRow> rows_of(const Graph& graph) {
+    std::vector<NodeRow> rows;
+    for (Expr e = 0; e < Expr(graph.size()); ++e) {
+        const Graph::Node& n = graph[e];
+        rows.emplace_back(name_of(n.op), n.arg[0], n.arg[1], n.arg[2], n.index, n.value);
+    }
+    return rows;
+}
+/// A graph again from its rows. Each is made as it was: its number is its place.
+GraphPointer graph_of(const std::vector<NodeRow>& rows) {
+    auto graph = std::make_shared<Graph>();
+    for (const auto& [name, a, b, c, index, value] : rows) {
+        const Op op = op_of(name);
+        const std::array<Expr, 3> arg{a, b, c};
+        for (int k = 0; k < arity(op); ++k)
+            known(*graph, arg[std::size_t(k)]);
+        const Expr e = graph->restore({op, arg, index, value});
+        expect(std::size_t(e) + 1 == graph->size(), "nodes of a graph are made once");
+    }
+    return graph;
+}
+
+py::dict define(const GraphPointer& graph, const std::string& name,
+                const std::vector<std::string>& state, const std::vector<std::string>& params,
+                const std::vector<double>& defaults, const std::vector<Expr>& field,
+                const std::vector<Expr>& named,
+                const std::vector<std::pair<Expr, std::vector<Expr>>>& jumps,
+                const std::optional<Expr>& period) {
+    expect(state.size() == field.size(), "field has one entry a component");
+    expect(params.size() == defaults.size(), "defaults has one entry a parameter");
+    Definition d;
+    d.graph = *graph;
+    d.dim = int(state.size());
+    d.state_names = state;
+    d.param_names = params;
+    d.defaults = defaults;
+    d.period = period ? known(*graph, *period) : -1;
+    split(d, all_known(*graph, field), all_known(*graph, named));
+    for (const auto& [h, after] : jumps) {
+        expect(after.size() == state.size(), "a jump has one entry a component");
+        d.h.push_back(known(*graph, h));
+        d.kind.push_back(SurfaceKind::jump);
+        d.jump.push_back(all_known(*graph, after));
+    }
+    if (d.surfaces() > most_tape_surfaces)
+        throw std::invalid_argument("filippov: the field switches on " +
+                                    std::to_string(d.surfaces()) + " surfaces, of which " +
+                                    std::to_string(most_tape_surfaces) + " are possible");
+    Facts facts;
+    facts.name = name;
+    facts.state = state;
+    const auto tapes = std::make_shared<const TapeProgram>(d, tape_params);
+    static constexpr std::array make{&tape_model<1>, &tape_model<2>, &tape_model<3>,
+                                     &tape_model<4>, &tape_model<5>, &tape_model<6>,
+                                     &tape_model<7>, &tape_model<8>};
+    expect(state.size() >= 1 && state.size() <= make.size(), "one to eight components");
+    const auto model = make[state.size() - 1](facts, tapes);
+    py::dict result;
+    result["model"] = std::const_pointer_cast<Model>(model); // the holder type has no const
+    result["h"] = d.h;
+    result["region"] = d.region;
+    result["graph"] = std::make_shared<Graph>(std::move(d.graph));
+    return result;
+}
+
+} // namespace
+
+void bind_formulas(py::module_& m) {
+    py::class_<Graph, GraphPointer>(m, "Graph")
+        .def(py::init<>())
+        .def("__len__", &Graph::size)
+        .def("nodes", &rows_of)
+        .def_static("of", &graph_of)
+        .def("constant", &Graph::constant)
+        .def("time", &Graph::time)
+        .def("state", &Graph::state)
+        .def("param", &Graph::param)
+        .def("varies", [](const Graph& g, Expr e) { return g.varies(known(g, e)); })
+        .def("is_constant", [](const Graph& g, Expr e) { return g.is_constant(known(g, e)); })
+        .def("switches", [](const Graph& g, Expr e) { return g.switches(known(g, e)); })
+        .def("binary",
+             [](Graph& g, const std::string& name, Expr a, Expr b) {
+                 known(g, a);
+                 known(g, b);
+                 switch (op_of(name)) {
+                 case Op::add:
+                     return g.add(a, b);
+                 case Op::sub:
+                     return g.sub(a, b);
+                 case Op::mul:
+                     return g.mul(a, b);
+                 case Op::div:
+                     return g.div(a, b);
+                 case Op::pow:
+                     return g.pow(a, b);
+                 default:
+                     throw std::invalid_argument("filippov._core: not of two numbers: " + name);
+                 }
+             })
+        .def("unary", [](Graph& g, const std::string& name,
+                         Expr a) { return g.unary(op_of(name), known(g, a)); })
+        .def("abs", [](Graph& g, Expr a) { return g.abs(known(g, a)); })
+        .def("step", [](Graph& g, Expr a) { return g.step(known(g, a)); })
+        .def("where", [](Graph& g, Expr condition, Expr a,
+                         Expr b) { return g.where(known(g, condition), known(g, a), known(g, b)); })
+        .def("derivative",
+             [](Graph& g, Expr e, Expr leaf) { return g.derivative(known(g, e), known(g, leaf)); })
+        .def("value",
+             [](const Graph& g, Expr e, double t, const Array<double>& x, const Array<double>& p) {
+                 return g.value(known(g, e), t, view(x), view(p));
+             });
+    m.def("define", &define);
+    m.attr("most_tape_dims") = most_tape_dims;
+    m.attr("most_tape_surfaces") = most_tape_surfaces;
+    m.attr("most_tape_params") = tape_params;
+}
+
+} // namespace filippov::python

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Systems of formulas behind the interface of model.hpp: compiled for each number of components.
+#pragma once
+
+#include "lanes/lanes.hpp"
+#include "model.hpp"
+
+#include <filippov/tape_system.hpp>
+
+#include <memory>
+
+namespace filippov::python {
+
+/// What systems of formulas are compiled for.
+inline constexpr int most_tape_dims = 8, most_tape_surfaces = most_split_surfaces;
+
+/// A system of N components.
+template <int N>
+std::shared_ptr<const Model> tape_model(const Facts& facts,
+                                        std::shared_ptr<const TapeProgram> tapes);
+
+} // namespace filippov::python
