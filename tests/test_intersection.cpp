@@ -323,7 +323,7 @@ struct Spheres {
 TEST_CASE("intersection: constraints hold a point to rounding, by the smallest change",
           "[intersection]") {
     const Spheres sys;
-    const Constraints<Spheres> both(Mode<2>{{0, 0}});
+    const Constraints<Spheres> both(sys, Mode<2>{{0, 0}});
     const Vec<double, 3> unit = Vec<double, 3>::Ones();
     const Vec<double, 3> y =
         project(sys, both, 0.0, Vec<double, 3>(0.52, 0.6, 0.61), Vec<double, 0>(), unit);

@@ -147,6 +147,59 @@ class System:
         made._fill(model, switches, params, definition)
         return made
 
+    @classmethod
+    def from_sympy(
+        cls,
+        state: Sequence[Any],
+        field: Sequence[Any],
+        params: Mapping[Any, float] | None = None,
+        *,
+        time: Any | None = None,  # noqa: ANN401 - a symbol of sympy
+        period: Any | None = None,  # noqa: ANN401 - an expression
+        surfaces: Mapping[str, Any] | None = None,
+        jumps: Mapping[str, tuple[Any, Sequence[Any]]] | None = None,
+        name: str = "system",
+    ) -> System:
+        """Make a system of formulas of sympy.
+
+        Parameters
+        ----------
+        state : sequence of sympy.Symbol
+            The components, as symbols: x for x(t).
+        field : sequence of sympy.Expr
+            Their derivatives, with `sign`, `Abs`, `Heaviside`, `Piecewise`, `Max`, `Min` in them.
+        params : mapping of sympy.Symbol to float, optional
+            Parameters and their default values.
+        time : sympy.Symbol, optional
+            By default the symbol t.
+        period, surfaces, jumps, name
+            As in `filippov.system`, in expressions.
+
+        Raises
+        ------
+        DefinitionError
+            For symbols and functions that are not known.
+        """
+        from ._sympy import Formulas
+
+        formulas = Formulas(state, params, time)
+        function = formulas.function
+        f = function(name, list(field))
+        model, definition = define(
+            name,
+            formulas.names(formulas.state),
+            dict(zip(formulas.names(list(formulas.params)), formulas.params.values(), strict=True)),
+            f,
+            period=None if period is None else _of_params(function("period", period), state),
+            surfaces={key: function(key, h) for key, h in (surfaces or {}).items()},
+            jumps={
+                key: (function(key, h), function(key, list(after)))
+                for key, (h, after) in (jumps or {}).items()
+            },
+        )
+        check(model, definition, {"": f})
+        return cls._of(model, _switches_of(definition), None, definition)
+
     # --- what it is ---------------------------------------------------------------------------
 
     @property
@@ -505,6 +558,11 @@ def restore_defined(plain: dict[str, Any], params: dict[str, float]) -> System:
     """Make a defined system again."""
     model, definition = Definition.of(plain).made()
     return System._of(model, _switches_of(definition), params, definition)
+
+
+def _of_params(f: Function, state: Sequence[Any]) -> Function:
+    """Give a function of parameters, from one of time, state and parameters."""
+    return lambda p: f(0.0, [0.0] * len(state), p)
 
 
 def _switches_of(definition: Definition) -> tuple[str, ...]:
