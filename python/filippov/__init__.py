@@ -9,41 +9,46 @@ True
 
 from __future__ import annotations
 
-from . import models
-from ._basin_numbers import BasinEntropy, BoxDimension, Fraction, PairCount, UncertaintyExponent
-from ._basin_sweep import BasinSweep, follow_basins
-from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
-from ._bifurcation_set import BifurcationSet, bifurcation_set
-from ._boundary import (
-    BasinBoundary,
-    BoundaryCorner,
-    BoundaryCurve,
-    UnstableBranch,
-    UnstableSet,
-    basin_boundary,
-    unstable_set,
-)
-from ._branch import Branch, SpecialPoint, continuation
-from ._cells import CellGroup, CellMap, Grid, cell_map
-from ._config import get_include, show_config
+import importlib
+from typing import TYPE_CHECKING
+
 from ._core import __version__
-from ._diagram import Diagram, bifurcation_diagram
-from ._ensemble import Ensemble, LaneStats, ensemble
-from ._event import EventKind
-from ._event_map import EventMap, FixedPoint, event_map
-from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
-from ._lyapunov import Lyapunov, lyapunov
-from ._maps import Mapped, section_map, strobe_map
-from ._orbit import Orbit, OrbitError, periodic_orbit
-from ._refine import Audit, RefinedBasins
-from ._simulate import SimulationError, simulate
-from ._sliding_boundary import SlidingBoundary, sliding_boundaries
-from ._sliding_region import SlidingRegion, sliding_region
-from ._status import Status
-from ._store import load
-from ._system import Params, System, system
-from ._trace import DefinitionError
-from ._trajectory import Branches, Piece, Settings, Solution, Stats, Trajectory
+
+if TYPE_CHECKING:
+    from . import models
+    from ._basin_numbers import BasinEntropy, BoxDimension, Fraction, PairCount, UncertaintyExponent
+    from ._basin_sweep import BasinSweep, follow_basins
+    from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
+    from ._bifurcation_set import BifurcationSet, bifurcation_set
+    from ._boundary import (
+        BasinBoundary,
+        BoundaryCorner,
+        BoundaryCurve,
+        UnstableBranch,
+        UnstableSet,
+        basin_boundary,
+        unstable_set,
+    )
+    from ._branch import Branch, SpecialPoint, continuation
+    from ._cells import CellGroup, CellMap, Grid, cell_map
+    from ._config import get_include, show_config
+    from ._diagram import Diagram, bifurcation_diagram
+    from ._ensemble import Ensemble, LaneStats, ensemble
+    from ._event import EventKind
+    from ._event_map import EventMap, FixedPoint, event_map
+    from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
+    from ._lyapunov import Lyapunov, lyapunov
+    from ._maps import Mapped, section_map, strobe_map
+    from ._orbit import Orbit, OrbitError, periodic_orbit
+    from ._refine import Audit, RefinedBasins
+    from ._simulate import SimulationError, simulate
+    from ._sliding_boundary import SlidingBoundary, sliding_boundaries
+    from ._sliding_region import SlidingRegion, sliding_region
+    from ._status import Status
+    from ._store import load
+    from ._system import Params, System, system
+    from ._trace import DefinitionError
+    from ._trajectory import Branches, Piece, Settings, Solution, Stats, Trajectory
 
 __all__ = [
     "Attractor",
@@ -121,3 +126,139 @@ __all__ = [
     "tangencies",
     "unstable_set",
 ]
+
+# Modules are imported when the first of their names is used: most sessions need few of them.
+_NAMES = {
+    "models": ("models",),
+    "_basin_numbers": (
+        "BasinEntropy",
+        "BoxDimension",
+        "Fraction",
+        "PairCount",
+        "UncertaintyExponent",
+    ),
+    "_basin_sweep": (
+        "BasinSweep",
+        "follow_basins",
+    ),
+    "_basins": (
+        "Attractor",
+        "Basins",
+        "GroupCheck",
+        "Saddle",
+        "basins",
+    ),
+    "_bifurcation_set": (
+        "BifurcationSet",
+        "bifurcation_set",
+    ),
+    "_boundary": (
+        "BasinBoundary",
+        "BoundaryCorner",
+        "BoundaryCurve",
+        "UnstableBranch",
+        "UnstableSet",
+        "basin_boundary",
+        "unstable_set",
+    ),
+    "_branch": (
+        "Branch",
+        "SpecialPoint",
+        "continuation",
+    ),
+    "_cells": (
+        "CellGroup",
+        "CellMap",
+        "Grid",
+        "cell_map",
+    ),
+    "_config": (
+        "get_include",
+        "show_config",
+    ),
+    "_diagram": (
+        "Diagram",
+        "bifurcation_diagram",
+    ),
+    "_ensemble": (
+        "Ensemble",
+        "LaneStats",
+        "ensemble",
+    ),
+    "_event": ("EventKind",),
+    "_event_map": (
+        "EventMap",
+        "FixedPoint",
+        "event_map",
+    ),
+    "_geometry": (
+        "Equilibrium",
+        "Tangency",
+        "boundary_equilibria",
+        "equilibria",
+        "tangencies",
+    ),
+    "_lyapunov": (
+        "Lyapunov",
+        "lyapunov",
+    ),
+    "_maps": (
+        "Mapped",
+        "section_map",
+        "strobe_map",
+    ),
+    "_orbit": (
+        "Orbit",
+        "OrbitError",
+        "periodic_orbit",
+    ),
+    "_refine": (
+        "Audit",
+        "RefinedBasins",
+    ),
+    "_simulate": (
+        "SimulationError",
+        "simulate",
+    ),
+    "_sliding_boundary": (
+        "SlidingBoundary",
+        "sliding_boundaries",
+    ),
+    "_sliding_region": (
+        "SlidingRegion",
+        "sliding_region",
+    ),
+    "_status": ("Status",),
+    "_store": ("load",),
+    "_system": (
+        "Params",
+        "System",
+        "system",
+    ),
+    "_trace": ("DefinitionError",),
+    "_trajectory": (
+        "Branches",
+        "Piece",
+        "Settings",
+        "Solution",
+        "Stats",
+        "Trajectory",
+    ),
+}
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    """Import what a name stands for, once."""
+    module = _MODULE_OF.get(name)
+    if module is None:
+        raise AttributeError(f"module 'filippov' has no attribute {name!r}")
+    found = importlib.import_module(f".{module}", __name__)
+    value = found if name == module else getattr(found, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List what can be used."""
+    return __all__

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.lib.recfunctions import repack_fields
 from numpy.typing import NDArray
 
 from . import _core
@@ -155,6 +154,8 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
 
 def without_point(events: Record) -> Record:
     """Give the log of one cycle, without the index of the cycle."""
+    from numpy.lib.recfunctions import repack_fields  # slow to import
+
     names = [name for name in events.dtype.names or () if name != "point"]
     log: Record = repack_fields(events[names])
     return log

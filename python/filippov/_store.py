@@ -161,7 +161,7 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
     if meta.get("version") != VERSION:
         expected = f"its format has version {meta.get('version')}, expected version {VERSION}"
         refuse("path", os.fspath(path), expected)
-    known = Stored._classes
+    known = _known_classes()
     if meta.get("class") not in known:
         expected = f"it holds a {meta.get('class')}, expected one of {', '.join(sorted(known))}"
         refuse("path", os.fspath(path), expected)
@@ -169,6 +169,17 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
         return known[meta["class"]]._unpack(arrays, meta["content"])
     except (KeyError, TypeError, IndexError):
         refuse("path", os.fspath(path), f"its {meta['class']} is incomplete; {foreign}")
+
+
+def _known_classes() -> dict[str, type[Stored]]:
+    """Give every class that can be saved: its module must have been imported."""
+    import importlib
+
+    from . import _NAMES
+
+    for module in _NAMES:
+        importlib.import_module(f".{module}", __package__)
+    return Stored._classes
 
 
 def pack_system(sys: System) -> dict[str, Any]:

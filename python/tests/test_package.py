@@ -2,6 +2,7 @@
 import ast
 import doctest
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -65,3 +66,18 @@ def test_importing_it_needs_numpy_and_nothing_else():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         needed = {name.partition(".")[0] for name in imported_at_once(tree)}
         assert needed <= {"numpy", *sys.stdlib_module_names}, path.name
+
+
+def test_importing_takes_in_what_is_used():
+    code = (
+        "import sys, filippov as fp; assert 'filippov._basins' not in sys.modules;"
+        "fp.simulate; assert 'filippov._basins' not in sys.modules;"
+        "assert all(getattr(fp, name) is not None for name in fp.__all__);"
+        "assert dir(fp) == sorted(fp.__all__)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_there_is_no_other_name():
+    with pytest.raises(AttributeError, match="'filippov' has no attribute 'simulat'"):
+        _ = fp.simulat
