@@ -2,8 +2,9 @@
 // What does a system of formulas cost, beside the same system compiled?
 //
 // The chapter's oscillator as one formula, split and run by tapes, and as the model: one trajectory
-// of 200 periods, and 10,000 members of an ensemble over one period in lanes. The steps and events
-// of both are the same, to rounding.
+// of 200 periods, and 10,000 members of an ensemble over one period in lanes. The trajectories have
+// the same steps and events, to rounding; in lanes the model slides in closed form and the formulas
+// by steps, so that they agree to the tolerance.
 
 #include "../tests/formulas.hpp"
 #include "measure.hpp"
@@ -58,8 +59,7 @@ End cells(const Sys& sys, const Params<Sys, double>& p, double tol, int side) {
         end.x += o.x;
         end.events += std::size_t(o.events);
     }
-    end.steps = all.counters.steps;
-    return end;
+    return end; // steps do not compare: in lanes only the model slides in closed form
 }
 
 bool same(const End& a, const End& b, double tol) {
@@ -107,7 +107,7 @@ void compare(const char* name, const bench::Options& options, nlohmann::json& re
             {[&] { a = cells<Tableau, native_lanes>(model, p, tol, side); },
              [&] { b = cells<Tableau, 2 * native_lanes>(formulas, q, tol, side); }},
             options.turns, bench::cpu_ms);
-        tell(results, name, "in lanes", tol, ms, same(a, b, 1e-8));
+        tell(results, name, "in lanes", tol, ms, same(a, b, tol));
     }
 }
 

@@ -42,6 +42,11 @@ TEST_CASE("Graph: zeros, ones and constants vanish", "[formulas]") {
     CHECK(g.pow(x, one) == x);
     CHECK(g.pow(x, g.constant(2)) == g.mul(x, x));
     CHECK(g.constant(-0.0) == zero);
+    const Expr y = g.state(1), p = g.param(0);
+    CHECK(g.div(g.mul(p, x), x) == p);
+    CHECK(g.div(g.mul(g.mul(p, x), y), g.mul(y, x)) == p);
+    CHECK(g.div(g.neg(g.mul(y, x)), x) == g.neg(y));
+    CHECK(g.div(p, p) != one); // 0/0 where p is 0
     CHECK(g.is_constant(g.unary(Op::cos, zero), 1));
     // what is not finite is not folded away: it is found when it is computed
     CHECK_FALSE(g.is_constant(g.div(one, zero)));

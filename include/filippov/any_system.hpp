@@ -258,7 +258,10 @@ public:
     std::vector<std::string> params() const override { return param_names(sys_); }
     Vector defaults() const override {
         const std::vector<double> values = default_values(sys_);
-        return Eigen::Map<const Vector>(values.data(), Eigen::Index(values.size()));
+        Vector all(Eigen::Index(values.size()));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            all[Eigen::Index(i)] = values[i];
+        return all;
     }
     double rtol() const override { return settings_.rtol; }
     bool forced() const override { return is_forced<double>(sys_); }

@@ -153,12 +153,20 @@ public:
             return a;
         if (is_constant(b, -1))
             return neg(a);
-        if (a == b && varies(a)) // x/|x|, where x has a side
-            return constant(1);
         if ((*this)[a].op == Op::neg)
             return neg(div((*this)[a].arg[0], b));
         if ((*this)[b].op == Op::neg)
             return neg(div(a, (*this)[b].arg[0]));
+        // c x/|x|, where x has a side: it is not 0/0 at x = 0
+        if (const Expr rest = without(a, b); rest >= 0)
+            return rest;
+        if ((*this)[b].op == Op::mul) {
+            const auto [first, second, none] = (*this)[b].arg;
+            if (const Expr rest = without(a, first); rest >= 0)
+                return div(rest, second);
+            if (const Expr rest = without(a, second); rest >= 0)
+                return div(rest, first);
+        }
         return make(Op::div, a, b);
     }
     Expr pow(Expr a, Expr b) {
@@ -318,6 +326,24 @@ private:
         if (n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan || n.op == Op::asin)
             return sign(n.arg[0]);
         return make(Op::sign, a);
+    }
+
+    /// A product without one of its factors, which varies; -1 if it is none of them.
+    Expr without(Expr product, Expr factor) {
+        if (!varies(factor))
+            return -1;
+        if (product == factor)
+            return constant(1);
+        const Node n = (*this)[product];
+        if (n.op != Op::mul)
+            return -1;
+        for (const int k : {0, 1}) {
+            const auto [first, second] =
+                std::array{n.arg[std::size_t(k)], n.arg[std::size_t(1 - k)]};
+            if (const Expr rest = without(first, factor); rest >= 0)
+                return mul(rest, second);
+        }
+        return -1;
     }
 
     /// The node, or what it is equal to if its operands are constants.

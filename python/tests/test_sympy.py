@@ -39,7 +39,8 @@ def test_formulas_of_sympy_run_as_those_of_a_function():
         sympy.Piecewise((-1, v < 0), (1, True)),
         2 * sympy.Heaviside(v) - 1,
         sympy.Piecewise((1, sympy.And(v > 0, v > 0)), (-1, True)),
-        sympy.Max(sympy.sign(v), 0) + sympy.Min(sympy.sign(v), 0),
+        v / sympy.Abs(v),
+        sympy.Max(v, 0) / v - sympy.Min(v, 0) / v,
     ],
 )
 def test_ways_to_switch(force):
