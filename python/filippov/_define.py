@@ -9,7 +9,7 @@ import keyword
 import math
 import numbers
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from dataclasses import field as default
 from typing import Any
 
@@ -70,18 +70,7 @@ class Definition:
             )
         except ValueError as error:
             raise DefinitionError(str(error)) from None
-        full = Definition(
-            self.name,
-            self.state,
-            self.params,
-            found["graph"],
-            self.field,
-            self.surfaces,
-            self.jumps,
-            self.period,
-            found["h"],
-            found["region"],
-        )
+        full = replace(self, graph=found["graph"], h=found["h"], region=found["region"])
         return found["model"], full
 
     def plain(self) -> dict[str, Any]:

@@ -12,11 +12,19 @@ import numpy as np
 
 from . import _core
 
-__all__ = ["DefinitionError", "Expression", "Names", "Numbers", "Vector", "abs_", "as_expressions"]
+__all__ = ["DefinitionError", "Expression", "Names", "Numbers", "Vector", "as_expressions"]
 
 
 class DefinitionError(ValueError):
     """A function cannot be made into a system; the message says why, and what to write instead."""
+
+
+def _operators(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Give an operator of two numbers, and the one with its operands exchanged."""
+    return (
+        lambda self, other: self._with(name, other),
+        lambda self, other: self._with(name, other, swapped=True),
+    )
 
 
 class Expression:
@@ -36,35 +44,13 @@ class Expression:
 
     # --- arithmetic -----------------------------------------------------------------------------
 
-    def __add__(self, other: object) -> Any:
-        return self._with("add", other)
-
-    def __radd__(self, other: object) -> Any:
-        return self._with("add", other, swapped=True)
-
-    def __sub__(self, other: object) -> Any:
-        return self._with("sub", other)
-
-    def __rsub__(self, other: object) -> Any:
-        return self._with("sub", other, swapped=True)
-
-    def __mul__(self, other: object) -> Any:
-        return self._with("mul", other)
-
-    def __rmul__(self, other: object) -> Any:
-        return self._with("mul", other, swapped=True)
-
-    def __truediv__(self, other: object) -> Any:
-        return self._with("div", other)
-
-    def __rtruediv__(self, other: object) -> Any:
-        return self._with("div", other, swapped=True)
-
-    def __pow__(self, other: object) -> Any:
-        return self._with("pow", other)
-
-    def __rpow__(self, other: object) -> Any:
-        return self._with("pow", other, swapped=True)
+    __add__, __radd__ = _operators("add")
+    __sub__, __rsub__ = _operators("sub")
+    __mul__, __rmul__ = _operators("mul")
+    __truediv__, __rtruediv__ = _operators("div")
+    __pow__, __rpow__ = _operators("pow")
+    # conditions are 1 or 0: both is their product
+    __and__, __rand__ = _operators("mul")
 
     def __neg__(self) -> Expression:
         return self._unary("neg")
@@ -94,12 +80,6 @@ class Expression:
 
     def __ne__(self, other: object) -> Any:
         _refuse_equality()
-
-    def __and__(self, other: object) -> Any:
-        return self._with("mul", other)
-
-    def __rand__(self, other: object) -> Any:
-        return self._with("mul", other, swapped=True)
 
     def __or__(self, other: object) -> Any:
         both = self._with("mul", other)
@@ -202,11 +182,6 @@ def _refuse_equality() -> NoReturn:
 # --- functions of numbers -------------------------------------------------------------------------
 
 
-def abs_(x: Any) -> Any:
-    """Absolute value of an expression or a number."""
-    return abs(x)
-
-
 def _as_expression(like: Expression, value: object) -> Expression:
     e = like._lift(value)
     if e is None:
@@ -268,8 +243,8 @@ _UFUNCS: dict[str, Callable[..., Any]] = {
     "float_power": lambda a, b: a**b,
     "negative": lambda a: -a,
     "positive": lambda a: a,
-    "absolute": abs_,
-    "fabs": abs_,
+    "absolute": abs,
+    "fabs": abs,
     "square": lambda a: a * a,
     "reciprocal": lambda a: 1 / a,
     "sqrt": _unary("sqrt"),
