@@ -74,6 +74,24 @@ TEST_CASE("segment: a slide goes on beyond its boundary unless that is the targe
     CHECK(end.t == Approx(1.0).epsilon(1e-14));
 }
 
+TEST_CASE("segment: guards that are not watched do not shorten steps", "[segment]") {
+    // A slide by steps, whose s swings: a segment without a target has nothing to look for in it.
+    const models::Oscillator sys;
+    auto p = default_params<models::Oscillator>();
+    p[0] = 0.5;
+    p[1] = 2.92;
+    for (const double tol : {1e-6, 1e-9, 1e-11, 1e-12}) {
+        CAPTURE(tol);
+        Settings<double, 2> settings{.rtol = tol, .atol = tol / 10};
+        settings.closed_form_slides = false;
+        const auto r = segment<DormandPrince8>(sys, p, mode(0), Vec<double, 2>(0.1, 1), 0.0, 30.0,
+                                               -1, settings);
+        CHECK(r.status == Status::ok);
+        CHECK(r.x[0] == Approx(30.1).epsilon(1e-14));
+        CHECK(r.counters.steps < 40);
+    }
+}
+
 TEST_CASE("segment: runs backwards to where it came from", "[segment]") {
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();

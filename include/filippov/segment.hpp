@@ -434,15 +434,12 @@ private:
         using Times = typename Path::Times;
         if constexpr (!Path::slides)
             return false;
-        for (int j = 0; j < M; ++j) {
-            if (mode_[j] != 0)
+        for (const int g : active_guards()) {
+            const bool transversal = g % 3 == 2;
+            if (!may_swing<Path>(g) || (transversal && M == 1))
                 continue;
-            const S band = touch_band(Guard<M>::below(j), false);
-            if (trace(Guard<M>::below(j)).template swings<Times>(band) ||
-                trace(Guard<M>::above(j)).template swings<Times>(band))
-                return true;
-            if (M > 1 && j == sliding_surface(mode_) &&
-                trace(Guard<M>::transversal(j)).template swings<Times>(S(64) * epsilon<S>))
+            const S band = transversal ? S(64) * epsilon<S> : touch_band(g, false);
+            if (trace(g).template swings<Times>(band))
                 return true;
         }
         return false;
@@ -1200,7 +1197,7 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
         Obs& observer) {
     require_system<Sys>();
     validate(settings);
-    validate_start(x0, t0, t_end, p);
+    validate_start(x0, t0, t_end, p, given_params(sys));
     const Sections<> none;
     Segment<Sys, S, Tableau, Obs, Sections<>> run(sys, p, t0, x0, t_end, settings, observer, none);
     run.enter(mode);
