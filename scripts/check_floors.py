@@ -29,8 +29,10 @@ FLOORS: list[list[str]] = [
         "status",
         "parallel",
         "elimination",
+        "external",
         "expression",
         "tape",
+        "tape_writer",
     ],
     # 1: what a system is
     ["system"],

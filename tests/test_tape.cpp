@@ -4,7 +4,7 @@
 
 #include <filippov/dual.hpp>
 #include <filippov/lanes.hpp>
-#include <filippov/tape.hpp>
+#include <filippov/tape_writer.hpp>
 
 #include <cmath>
 #include <random>
@@ -73,10 +73,11 @@ TEST_CASE("Tape: computes what the formula says", "[formulas]") {
         const auto close = [&](double value) {
             CHECK(value == Approx(wanted).epsilon(1e-12).margin(1e-12));
         };
-        close(ran<double>(Tape(g, std::vector{e}), t, {0.6, -0.4}, {0.9}));
+        close(ran<double>(write_tape(g, std::vector{e}), t, {0.6, -0.4}, {0.9}));
         // and with what depends on parameters alone derived before
         Derived derived(1, 8);
-        const Tape tape(g, std::vector{e}, &derived), before(g, derived.all());
+        const Tape tape = write_tape(g, std::vector{e}, &derived),
+                   before = write_tape(g, derived.all());
         std::vector<double> p(8, 0.0);
         p[0] = 0.9;
         const std::vector<double> x{0.6, -0.4};
@@ -95,7 +96,7 @@ TEST_CASE("Tape: derivatives are those of the formula", "[formulas]") {
     for (const Op op : functions) {
         CAPTURE(int(op));
         const Expr e = g.add(g.unary(op, g.mul(x, p)), g.pow(x, p));
-        const Tape tape(g, std::vector{e});
+        const Tape tape = write_tape(g, std::vector{e});
         const Expr by_x = g.derivative(e, x), by_p = g.derivative(e, p);
         const double first = g.value(by_x, 0, at, params);
         const D value = ran<D>(tape, D(0), {D::variable(at[0], 0)}, {D::variable(params[0], 1)});
@@ -118,7 +119,7 @@ TEST_CASE("Tape: a lane computes what a number does", "[formulas]") {
     std::mt19937_64 random(815);
     for (int k = 0; k < 50; ++k) {
         Graph g;
-        const Tape tape(g, std::vector{random_formula(g, random, 40)});
+        const Tape tape = write_tape(g, std::vector{random_formula(g, random, 40)});
         const auto number = [&](int l) { return 0.1 * (l + 1); };
         const T x = T::of([&](int l) { return number(l); });
         const T all = ran<T>(tape, T(0.3), {x, T(-0.4)}, {T(0.9)});
@@ -139,7 +140,8 @@ TEST_CASE("Tape: long formulas keep their numbers apart", "[formulas]") {
     double wanted = 0;
     for (int k = 0; k < 200; ++k)
         wanted += std::sin(0.3 * (k + 1)) * std::sin(0.3 * (200 - k));
-    CHECK(ran<double>(Tape(g, std::vector{sum}), 0, {0.3}, {}) == Approx(wanted).epsilon(1e-12));
+    CHECK(ran<double>(write_tape(g, std::vector{sum}), 0, {0.3}, {}) ==
+          Approx(wanted).epsilon(1e-12));
 }
 
 TEST_CASE("Tape: what cannot be written is refused", "[formulas]") {
@@ -147,6 +149,6 @@ TEST_CASE("Tape: what cannot be written is refused", "[formulas]") {
     Expr deep = g.state(0);
     for (int k = 0; k < 20000; ++k)
         deep = g.unary(Op::sin, deep);
-    CHECK_THROWS_AS(Tape(g, std::vector{deep}), std::invalid_argument);
+    CHECK_THROWS_AS(write_tape(g, std::vector{deep}), std::invalid_argument);
     CHECK_THROWS_AS(Derived(9, 8), std::invalid_argument);
 }

@@ -97,9 +97,11 @@ TEMPLATE_TEST_CASE("tape system: several surfaces, compiled for more than there 
                         1e-9);
 }
 
-TEST_CASE("tape system: analysis sees the same maps", "[formulas]") {
-    const auto mine = any_system(tests::tape_system<2>(tests::oscillator_formulas()));
+TEMPLATE_TEST_CASE_SIG("tape system: analysis sees the same maps", "[formulas]", ((int N), N), 2,
+                       16) { // compiled for just as many components, and for more
+    const auto mine = any_system(tests::tape_system<N>(tests::oscillator_formulas()));
     const auto model = any_system(models::Oscillator{});
+    CHECK(mine->dim() == 2);
     CHECK(mine->params() == model->params());
     CHECK(mine->defaults() == model->defaults());
     CHECK(mine->forced());
@@ -130,6 +132,37 @@ TEST_CASE("tape system: analysis sees the same maps", "[formulas]") {
     const Journey a = mine->journey(leg, p, along), b = model->journey(leg, p, along);
     CHECK(a.word == b.word);
     close(a.end.slope, b.end.slope);
+    CHECK(a.lost == b.lost);
+    const History c = mine->run(0, x, 20, p), d = model->run(0, x, 20, p);
+    REQUIRE(c.events.size() == d.events.size());
+    close(c.x, d.x);
+    for (std::size_t k = 0; k < c.events.size(); ++k)
+        close(c.events[k].x, d.events[k].x);
+    const Vector direction = Vector::LinSpaced(6, -1, 1); // (x, t0, t1, a, b)
+    const Directions bent{{0, 1}, &direction};
+    close(mine->arc(-1, 0.2, x, 0.4, p, bent).bend, model->arc(-1, 0.2, x, 0.4, p, bent).bend);
+}
+
+TEST_CASE("tape system: components that there are not", "[formulas]") {
+    const auto exact = tests::tape_system<2>(tests::oscillator_formulas());
+    const auto wide = tests::tape_system<16>(tests::oscillator_formulas());
+    CHECK(component_count(wide) == 2);
+    CHECK_FALSE(RunsInLanes<TapeSystem<16, 1, 32>>);
+    CHECK_THROWS_AS((tests::tape_system<3>(tests::oscillator_formulas())), std::invalid_argument);
+    Vec<double, 16> start = Vec<double, 16>::Zero();
+    start[0] = 0.5;
+    start[1] = 0.2;
+    const auto p = all_params<double>(wide, default_values(wide));
+    const auto mine = simulate<DormandPrince8>(wide, p, start, 0.0, 60.0, tight<16>(1e-11));
+    const auto other =
+        simulate<DormandPrince8>(exact, all_params<double>(exact, default_values(exact)),
+                                 V2(0.5, 0.2), 0.0, 60.0, tight<2>(1e-11));
+    REQUIRE(mine.result.status == Status::ok);
+    REQUIRE(mine.events.size() == other.events.size());
+    for (std::size_t k = 0; k < mine.events.size(); ++k)
+        CHECK(std::abs(mine.events[k].t - other.events[k].t) < 1e-8);
+    for (const auto& x : mine.x)
+        CHECK(x.tail<14>().isZero(0));
 }
 
 TEST_CASE("tape system: a lane runs as the model's does", "[formulas]") {

@@ -73,11 +73,13 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
             this->same_params = any.same_params;
             this->ends_at_exit = any.ends_at_exit;
             if (!any.escape.empty())
-                this->escape = Eigen::Map<const Vec<double, N>>(any.escape.data());
+                this->escape = padded<N>(any.escape, component_count(sys));
         }
         Member<N, P> member(std::size_t id) override {
             Member<N, P> m;
-            MemberView view{{m.x.data(), N}, {m.p.data(), std::size_t(given_params(sys_))}};
+            m.x.setZero();
+            MemberView view{{m.x.data(), std::size_t(component_count(sys_))},
+                            {m.p.data(), std::size_t(given_params(sys_))}};
             any_.member(id, view);
             m.p = all_params<double>(sys_, view.p);
             m.t0 = view.t0;
@@ -91,8 +93,10 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
         void take(std::size_t id, const Outcome<N>& o) override { any_.take(id, view(o)); }
 
     private:
-        static OutcomeView view(const Outcome<N>& o) {
-            return {o.status, o.clock, {o.x.data(), N}, o.mode, o.events, o.slides, o.slide_time};
+        OutcomeView view(const Outcome<N>& o) const {
+            return {o.status,    o.clock,  {o.x.data(), std::size_t(component_count(sys_))},
+                    o.mode,      o.events, o.slides,
+                    o.slide_time};
         }
         const Sys& sys_;
         AnyPopulation& any_;
@@ -102,15 +106,15 @@ public:
     ErasedLanes(Sys sys, std::shared_ptr<const AnyScalar> scalar)
         : sys_(std::move(sys)), scalar_(std::move(scalar)) {}
 
-    int dim() const override { return N; }
+    int dim() const override { return component_count(sys_); }
     int params() const override { return given_params(sys_); }
     int width() const override { return RunsInLanes<Sys> ? W : 1; }
     PopulationRun run(std::size_t n, AnyPopulation& population, const EnsembleSettings& settings,
                       const Parallel& how) const override {
-        if (!population.escape.empty() && population.escape.size() != std::size_t(N))
+        if (!population.escape.empty() && population.escape.size() != std::size_t(dim()))
             refuse("escape.size()", double(population.escape.size()), "expected dim entries");
         Sized sized(sys_, population);
-        const auto own = sized_settings<N>(settings);
+        const auto own = sized_settings<N>(settings, dim());
         const auto engine =
             std::static_pointer_cast<const ScalarEngine<N, P>>(scalar_->engine(settings));
         return settings.eighth_order

@@ -38,13 +38,13 @@ public:
 
 namespace detail {
 
-template <int N> Settings<double, N> sized_settings(const EnsembleSettings& s) {
-    if (s.atol.size() != 1 && s.atol.size() != std::size_t(N))
+/// @param n  components that there are
+template <int N> Settings<double, N> sized_settings(const EnsembleSettings& s, int n) {
+    if (s.atol.size() != 1 && s.atol.size() != std::size_t(n))
         refuse("atol.size()", double(s.atol.size()), "expected one entry, or dim");
     Settings<double, N> own;
     own.rtol = s.rtol;
-    for (std::size_t i = 0; i < std::size_t(N); ++i)
-        own.atol[Eigen::Index(i)] = s.atol[s.atol.size() == 1 ? 0 : i];
+    own.atol = padded<N>(s.atol, int(s.atol.size()), s.atol[0]);
     own.max_step = s.max_step;
     own.first_step = s.first_step;
     own.max_steps = s.max_steps;
@@ -60,7 +60,7 @@ public:
     explicit ErasedScalar(Sys sys) : sys_(std::move(sys)) {}
 
     std::shared_ptr<const void> engine(const EnsembleSettings& settings) const override {
-        const auto own = sized_settings<N>(settings);
+        const auto own = sized_settings<N>(settings, component_count(sys_));
         if (settings.eighth_order)
             return erased(std::make_shared<FlowEngine<Sys, DormandPrince8>>(sys_, own));
         return erased(std::make_shared<FlowEngine<Sys, DormandPrince5>>(sys_, own));

@@ -241,14 +241,14 @@ template <class Sys, class Tableau> class ErasedSystem final : public AnySystem 
 
 public:
     ErasedSystem(Sys sys, const Precision& precision)
-        : sys_(std::move(sys)), interrupted_(precision.interrupted) {
+        : sys_(std::move(sys)), n_(component_count(sys_)), interrupted_(precision.interrupted) {
         settings_.rtol = precision.rtol;
         settings_.atol = AbsoluteTolerance<double, N>(precision.atol);
         settings_.max_steps = precision.max_steps;
         validate(settings_);
     }
 
-    int dim() const override { return N; }
+    int dim() const override { return n_; }
     std::vector<SurfaceKind> kinds() const override {
         std::vector<SurfaceKind> all;
         for (int j = 0; j < surface_count(sys_); ++j)
@@ -286,7 +286,7 @@ public:
     }
     double s_max(const Vector& p) const override { return filippov::s_max(sys_, values_of(p)); }
     Vector field(int mode, double t, const Vector& x, const Vector& p) const override {
-        return field_of(mode)(t, X(x), values_of(p));
+        return field_of(mode)(t, point(x), values_of(p)).head(n_);
     }
 
     Jet rate(int mode, double t, const Vector& x, const Vector& p,
@@ -314,8 +314,8 @@ public:
         settings.max_steps = std::min(settings.max_steps, most_arc_steps);
         return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
             const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_with(mode),
-                                            state_of<D>(x, along), moving<D>(t0, N, along),
-                                            moving<D>(t1, N + 1, along), settings, interrupted_);
+                                            state_of<D>(x, along), moving<D>(t0, n_, along),
+                                            moving<D>(t1, n_ + 1, along), settings, interrupted_);
             add(r.run.counters);
             Jet result = jet(r.x, along);
             result.status = r.run.status;
@@ -362,7 +362,7 @@ public:
             for (int k = 1; k <= 8; ++k)
                 keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
         };
-        add(segment<Tableau>(sys_, q, m, X(x), t0, t1, -1, settings_, listener).counters);
+        add(segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters);
         std::vector<Least> found;
         if (samples.size() < 2)
             return found;
@@ -392,12 +392,12 @@ public:
             if (e.kind != EventKind::start && e.kind != EventKind::end)
                 history.events.push_back(happening(e));
         };
-        const auto r = flow<Tableau>(sys_, values_of(p), X(x), t0, t_end, settings_, listener);
+        const auto r = flow<Tableau>(sys_, values_of(p), point(x), t0, t_end, settings_, listener);
         add(r.counters);
         history.status = r.status;
         history.message = r.message();
         history.t = r.t;
-        history.x = r.x;
+        history.x = r.x.head(n_);
         history.mode = code_of(r.mode);
         history.surfaces = surfaces();
         history.counters = r.counters;
@@ -420,9 +420,9 @@ public:
         journey.message = r.run.message();
         journey.singular = r.singular;
         Vec<D, N + 1> end;
-        for (int i = 0; i < N; ++i)
+        for (int i = 0; i < n_; ++i)
             end[i] = r.x[i];
-        end[N] = r.t;
+        end[n_] = r.t;
         journey.end = jet(end, along);
         journey.end.status = r.run.status;
         if (journey.word.empty())
@@ -430,7 +430,7 @@ public:
         depend_on_start_time(journey.first, leg.t0, leg.x, p, along, journey.end);
         if (r.run.status == Status::ok) {
             depend_on_end_time(code_of(r.run.mode), leg.t_end, r.x, p, along, journey.end);
-            journey.end.slope(N, N + 1) = 1;
+            journey.end.slope(n_, n_ + 1) = 1;
         }
         return journey;
     }
@@ -466,7 +466,7 @@ private:
             for (int j = 0; j < M; ++j)
                 if (mode[j] == 0)
                     lost += is_kind(system.sys_, j, SurfaceKind::jump) ? 2 : 1;
-            return std::min(lost, N);
+            return std::min(lost, system.n_);
         }
         bool ends_at(const Event<double, N, M>& e) {
             return leg.ends && leg.ends(system.happening(e));
@@ -474,22 +474,22 @@ private:
         bool interrupted() { return system.interrupted(); }
     };
     Happening happening(const Event<double, N, M>& e) const {
-        return {e.kind, e.t,       e.x_left,  code_of(e.mode_before), code_of(e.mode_after),
+        return {e.kind, e.t,       e.x_left.head(n_), code_of(e.mode_before), code_of(e.mode_after),
                 e.s,    e.surface, e.contacts};
     }
     /// An iteration may go anywhere; a run that cannot begin is a status like any other.
     static bool finite(double t0, const Vector& x, double t1, const Vector& p) {
         return x.allFinite() && p.allFinite() && std::isfinite(t0) && std::isfinite(t1);
     }
-    static Jet nowhere() {
+    Jet nowhere() const {
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-        return {Vector::Constant(N, nan), Matrix::Constant(N, N + 4, nan),
-                Matrix::Constant(N, N + 4, nan), Status::not_finite};
+        return {Vector::Constant(n_, nan), Matrix::Constant(n_, n_ + 4, nan),
+                Matrix::Constant(n_, n_ + 4, nan), Status::not_finite};
     }
     std::optional<Jet> rise_of_one(int side, int order, double t0, const Vector& x, double t1,
                                    const Vector& p, const Directions& along) const {
-        const auto plain =
-            lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p), X(x), values_of(p));
+        const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p),
+                                                       point(x), values_of(p));
         const double tau = std::abs(t1 - t0);
         // The last two terms stand for the remainder.
         double largest = 0, last = 0, factor = 1;
@@ -500,7 +500,7 @@ private:
             const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
             largest = std::max(largest, term);
             if (k >= rise_order - 1)
-                last = std::max(last, term);
+                last += term;
         }
         if (along.v != nullptr || !(last <= 1e-16 * largest))
             return std::nullopt;
@@ -521,8 +521,8 @@ private:
             power *= t1 - t0;
         }
         Jet result = jet(Vec<D, 1>(sum), along);
-        result.slope(0, N) -= slope;
-        result.slope(0, N + 1) = slope;
+        result.slope(0, n_) -= slope;
+        result.slope(0, n_ + 1) = slope;
         return result;
     }
     /// A point of a forced segment.
@@ -534,11 +534,12 @@ private:
     /// Minima among samples, each the vertex of a parabola through three of them; where the value
     /// falls at the start, or rises at the end, and its neighbour lies above, through two and the
     /// slope.
-    static void collect(const std::vector<Sample>& samples, std::size_t which, int side,
-                        double first_slope, double last_slope, std::vector<Least>& found) {
+    void collect(const std::vector<Sample>& samples, std::size_t which, int side,
+                 double first_slope, double last_slope, std::vector<Least>& found) const {
         const auto keep = [&](const Sample& from, const Sample& to, double dt, double value) {
             const double theta = dt / (to.t - from.t);
-            found.push_back({from.t + dt, from.x + theta * (to.x - from.x), value, side});
+            found.push_back(
+                {from.t + dt, (from.x + theta * (to.x - from.x)).head(n_), value, side});
         };
         const auto at_end = [&](const Sample& end, const Sample& inner, double slope) {
             const double u = inner.t - end.t, rise = inner.value[which] - end.value[which];
@@ -608,10 +609,12 @@ private:
         else
             throw std::logic_error("filippov: second derivatives are for one surface");
     }
-    /// The column of a jet that direction i of a dual belongs to.
-    template <class D> static constexpr int column(int i) {
+    /// The column of a jet that direction i of a dual belongs to; -1: none.
+    template <class D> int column(int i) const {
         constexpr bool has_time = std::tuple_size_v<decltype(D::d)> == point_directions;
-        return has_time ? i + (i > N) : i < N ? i : i + 2;
+        if (i < N)
+            return i < n_ ? i : -1;
+        return i - N + n_ + (has_time ? i > N : 2);
     }
     /// A value that only moves along v, of which it is component i.
     template <class D> static D moving(double value, int i, const Directions& along) {
@@ -621,7 +624,7 @@ private:
         return x;
     }
     /// Direction i.
-    template <class D> static D variable(double value, int i, const Directions& along) {
+    template <class D> D variable(double value, int i, const Directions& along) const {
         D x = moving<D>(value, column<D>(i), along);
         x.d[std::size_t(i)] = 1.0;
         return x;
@@ -633,12 +636,13 @@ private:
     double local(double t, const Vector& p) const {
         return Clock<double>::at(t, filippov::period(sys_, values_of(p))).local;
     }
-    template <class D> static D time_of(double t, const Directions& along) {
+    template <class D> D time_of(double t, const Directions& along) const {
         return variable<D>(t, N, along);
     }
-    template <class D> static Vec<D, N> state_of(const Vector& x, const Directions& along) {
-        Vec<D, N> y;
-        for (int i = 0; i < N; ++i)
+    X point(const Vector& x) const { return padded<N>(x, n_); }
+    template <class D> Vec<D, N> state_of(const Vector& x, const Directions& along) const {
+        Vec<D, N> y = Vec<D, N>::Constant(D(0.0));
+        for (int i = 0; i < n_; ++i)
             y[i] = variable<D>(x[i], i, along);
         return y;
     }
@@ -650,20 +654,25 @@ private:
                 q[std::size_t(i)] = variable<D>(p[i], first + k, along);
         return all_params<D>(sys_, q);
     }
-    template <class D, int R> static Jet jet(const Vec<D, R>& value, const Directions& along) {
+    /// Of a number, a state, or a state and what follows it.
+    template <class D, int R> Jet jet(const Vec<D, R>& value, const Directions& along) const {
         constexpr int count = int(std::tuple_size_v<decltype(D::d)>);
+        const int rows = R < N ? R : R - N + n_;
         Jet result;
-        result.value.resize(R);
-        result.slope = Matrix::Zero(R, N + 4);
+        result.value.resize(rows);
+        result.slope = Matrix::Zero(rows, n_ + 4);
         if (along.v != nullptr)
-            result.bend = Matrix::Zero(R, N + 4);
-        for (int r = 0; r < R; ++r) {
+            result.bend = Matrix::Zero(rows, n_ + 4);
+        for (int r = 0; r < rows; ++r) {
             result.value[r] = value_of(value[r]);
             for (int i = 0; i < count; ++i) {
                 const auto& d = value[r].d[std::size_t(i)];
-                result.slope(r, column<D>(i)) = value_of(d);
+                const int c = column<D>(i);
+                if (c < 0)
+                    continue;
+                result.slope(r, c) = value_of(d);
                 if constexpr (nesting_v<D> == 2)
-                    result.bend(r, column<D>(i)) = d.d[0];
+                    result.bend(r, c) = d.d[0];
             }
         }
         return result;
@@ -677,28 +686,28 @@ private:
     void depend_on_start_time(int mode, double t0, const Vector& x, const Vector& p,
                               const Directions& along, Jet& jet) const {
         const Jet f = rate(mode, t0, x, p, {along.active, nullptr});
-        jet.slope.col(N) = -jet.slope.leftCols(N) * f.value;
+        jet.slope.col(n_) = -jet.slope.leftCols(n_) * f.value;
         if (along.v != nullptr)
-            jet.bend.col(N) =
-                -jet.bend.leftCols(N) * f.value -
-                jet.slope.leftCols(N) * moved(f, along.v->head(N), (*along.v)[N], along);
+            jet.bend.col(n_) =
+                -jet.bend.leftCols(n_) * f.value -
+                jet.slope.leftCols(n_) * moved(f, along.v->head(n_), (*along.v)[n_], along);
     }
     /// @param end  the state there, which has the derivative along v
     template <class D>
     void depend_on_end_time(int mode, double t1, const Vec<D, N>& end, const Vector& p,
                             const Directions& along, Jet& jet) const {
-        const Jet f = rate(mode, t1, jet.value.head(N), p, {along.active, nullptr});
-        jet.slope.col(N + 1).head(N) = f.value;
+        const Jet f = rate(mode, t1, jet.value.head(n_), p, {along.active, nullptr});
+        jet.slope.col(n_ + 1).head(n_) = f.value;
         if constexpr (nesting_v<D> == 2) {
-            Vector dx(N);
-            for (int i = 0; i < N; ++i)
+            Vector dx(n_);
+            for (int i = 0; i < n_; ++i)
                 dx[i] = end[i].v.d[0];
-            jet.bend.col(N + 1).head(N) = moved(f, dx, (*along.v)[N + 1], along);
+            jet.bend.col(n_ + 1).head(n_) = moved(f, dx, (*along.v)[n_ + 1], along);
         }
     }
     /// How a field changes with its point, the parameters moving along v.
-    static Vector moved(const Jet& f, const Vector& dx, double dt, const Directions& along) {
-        return f.slope.leftCols(N) * dx + f.slope.col(N) * dt +
+    Vector moved(const Jet& f, const Vector& dx, double dt, const Directions& along) const {
+        return f.slope.leftCols(n_) * dx + f.slope.col(n_) * dt +
                f.slope.rightCols(2) * along.v->tail(2);
     }
     void add(const Counters& c) const {
@@ -708,6 +717,7 @@ private:
     }
 
     Sys sys_;
+    const int n_; ///< components
     Settings<double, N> settings_;
     std::function<bool()> interrupted_;
     mutable Counters counters_{};

@@ -266,7 +266,7 @@ bifurcation_diagram(const Sys& sys, std::span<const Params<Sys, std::type_identi
                     const Sec& watched = {}) {
     require_system<Sys>();
     detail::validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
-    validate_start(x0, S(0), S(1), default_params<Sys, S>());
+    validate_start(x0, S(0), S(1), default_params<Sys, S>(), 0);
     std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
     const std::size_t n = params.size();
     const std::size_t items =

@@ -172,6 +172,9 @@ ensemble(const Sys& sys, const std::vector<Member<dim_v<Sys>, params_v<Sys>>>& m
     Listed listed;
     listed.members = &members;
     listed.result = &result;
+    listed.same_params = std::all_of(members.begin(), members.end(), [&](const auto& m) {
+        return std::equal(m.p.begin(), m.p.end(), members.front().p.begin()); // and none is NaN
+    });
     const PopulationRun run =
         run_population<Tableau, W>(sys, members.size(), listed, settings, how);
     result.status = run.status;

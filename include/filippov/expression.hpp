@@ -2,11 +2,14 @@
 // Formulas as data: what a right-hand side written in another language is recorded into.
 #pragma once
 
+#include <filippov/external.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,6 +25,7 @@ enum class Op : std::uint8_t {
     time,
     state, ///< component `index`
     param, ///< parameter `index`
+    call,  ///< output `index` of external function `value`, of time, state and parameters
     // of one number or two
     add,
     sub,
@@ -48,7 +52,7 @@ enum class Op : std::uint8_t {
 
 /// Operands of an operation: 0 of a leaf, up to 3.
 constexpr int arity(Op op) {
-    return op <= Op::param ? 0 : op <= Op::pow ? 2 : op < Op::where ? 1 : 3;
+    return op <= Op::call ? 0 : op <= Op::pow ? 2 : op < Op::where ? 1 : 3;
 }
 
 /// An expression: a number that names a node of a graph.
@@ -82,6 +86,18 @@ public:
     Expr time() { return node({Op::time}); }
     Expr state(int i) { return node({Op::state, {-1, -1, -1}, i}); }
     Expr param(int k) { return node({Op::param, {-1, -1, -1}, k}); }
+
+    /// Makes an external function known; its number.
+    int add_function(std::shared_ptr<const External> f) {
+        functions_.push_back(std::move(f));
+        return int(functions_.size()) - 1;
+    }
+    const std::vector<std::shared_ptr<const External>>& functions() const { return functions_; }
+    Expr call(int function, int output) {
+        if (output < 0 || output >= functions_.at(std::size_t(function))->outputs)
+            throw std::invalid_argument("filippov: an external function has no such output");
+        return node({Op::call, {-1, -1, -1}, output, double(function)});
+    }
 
     // --- what an expression depends on -----------------------------------------------------------
 
@@ -219,8 +235,7 @@ public:
     /// A node as it was in another graph, whose nodes before it are all here.
     Expr restore(const Node& n) { return node(n); }
 
-    // --- derivatives and substitution
-    // --------------------------------------------------------------
+    // --- derivatives and substitution ------------------------------------------------------------
 
     /// Its partial derivative by a leaf. What switches is constant in between: its jumps have no
     /// derivative.
@@ -254,6 +269,7 @@ public:
         case Op::time:
         case Op::state:
         case Op::param:
+        case Op::call:
             return e;
         case Op::add:
             return add(arg[0], arg[1]);
@@ -302,6 +318,7 @@ public:
             v[std::size_t(i)] = n.op == Op::time    ? t
                                 : n.op == Op::state ? x[std::size_t(n.index)]
                                 : n.op == Op::param ? p[std::size_t(n.index)]
+                                : n.op == Op::call  ? called(n, t, x, p)
                                                     : value_of(n, arg);
         }
         return v[std::size_t(e)];
@@ -370,8 +387,9 @@ private:
         if (size() >= most_nodes)
             throw std::invalid_argument("filippov: a formula of more than a million operations");
         const Expr e = Expr(size());
-        bool varies = n.op == Op::time || n.op == Op::state;
-        bool switches = n.op >= Op::sign, has_params = n.op == Op::param;
+        const bool external = n.op == Op::call;
+        bool varies = n.op == Op::time || n.op == Op::state || external;
+        bool switches = n.op >= Op::sign, has_params = n.op == Op::param || external;
         for (int k = 0; k < arity(n.op); ++k) {
             varies = varies || varies_[std::size_t(n.arg[std::size_t(k)])];
             switches = switches || switches_[std::size_t(n.arg[std::size_t(k)])];
@@ -383,6 +401,25 @@ private:
         has_params_.push_back(has_params);
         known_.emplace(Key{n.op, n.arg, n.index, n.value}, e);
         return e;
+    }
+    double called(const Node& n, double t, std::span<const double> x,
+                  std::span<const double> p) const {
+        const External& f = *functions_[std::size_t(n.value)];
+        std::vector<double> out(std::size_t(f.outputs));
+        evaluate(f, t, x.data(), p.data(), out.data());
+        return out[std::size_t(n.index)];
+    }
+    /// The derivative of an external function by a leaf is another one.
+    int partial_of(int function, Expr leaf) {
+        const Node n = (*this)[leaf];
+        const auto f = functions_[std::size_t(function)];
+        const int input = n.op == Op::time    ? 0
+                          : n.op == Op::state ? 1 + n.index
+                                              : 1 + f->dim + n.index;
+        const auto [found, is_new] = partials_.try_emplace({function, input}, -1);
+        if (is_new)
+            found->second = add_function(partial(f, input));
+        return found->second;
     }
     static double value_of(const Node& n, const std::array<double, 3>& v) {
         switch (n.op) {
@@ -444,6 +481,8 @@ private:
         case Op::state:
         case Op::param:
             return constant(e == leaf ? 1 : 0);
+        case Op::call:
+            return call(partial_of(int(n.value), leaf), n.index);
         case Op::add:
             return add(d[0], d[1]);
         case Op::sub:
@@ -495,6 +534,8 @@ private:
     std::vector<Node> nodes_;
     std::vector<bool> varies_, switches_, has_params_;
     std::map<Key, Expr> known_;
+    std::vector<std::shared_ptr<const External>> functions_;
+    std::map<std::pair<int, int>, int> partials_; ///< by function and input
 };
 
 } // namespace filippov

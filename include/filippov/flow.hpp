@@ -741,7 +741,7 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S,
      const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     require_system<Sys>();
     validate(settings);
-    validate_start(x0, t0, t_end, p);
+    validate_start(x0, t0, t_end, p, given_params(sys));
     return detail::Flow<Sys, S, Tableau, Obs, Sec>(sys, p, t0, x0, t_end, settings, observer,
                                                    watched, known_start)
         .run();

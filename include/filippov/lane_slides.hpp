@@ -270,9 +270,28 @@ private:
     const Sys& sys_;
 };
 
+/// The slides of a system that is made at run time: it knows then how it slides.
+template <class Sys, int W, class Tableau> class EitherSlides {
+    using Group = lanes::Group<Sys, W>;
+    using Leaving = lanes::Leaving<W>;
+
+public:
+    explicit EitherSlides(Run<Sys>& run)
+        : windows_(run), steps_(run), in_closed_form_(slides_in_closed_form<Lanes<W>>(run.sys)) {}
+
+    Leaving step(Group& g) const { return in_closed_form_ ? windows_.step(g) : steps_.step(g); }
+    Leaving end(Group& g) const { return in_closed_form_ ? windows_.end(g) : steps_.end(g); }
+
+private:
+    const Windows<Sys, W> windows_;
+    const SlideSteps<Sys, W, Tableau> steps_;
+    const bool in_closed_form_;
+};
+
 /// The slides of a system.
 template <class Sys, int W, class Tableau>
-using Slides =
-    std::conditional_t<HasSlidingFlow<Sys, Lanes<W>>, Windows<Sys, W>, SlideSteps<Sys, W, Tableau>>;
+using Slides = std::conditional_t<
+    !HasSlidingFlow<Sys, Lanes<W>>, SlideSteps<Sys, W, Tableau>,
+    std::conditional_t<ChoosesSlides<Sys>, EitherSlides<Sys, W, Tableau>, Windows<Sys, W>>>;
 
 } // namespace filippov::lanes

@@ -70,14 +70,16 @@ template <class S, int N> void validate(const Settings<S, N>& s) {
 }
 
 /// Refuses a start, parameters or a time span that make no sense.
+/// @param given  how many of the parameters are the caller's
 /// @error std::invalid_argument naming argument, value and expectation
 template <class S, int N, int P>
-void validate_start(const Vec<S, N>& x0, const S& t0, const S& t_end, const Vec<S, P>& p) {
+void validate_start(const Vec<S, N>& x0, const S& t0, const S& t_end, const Vec<S, P>& p,
+                    int given) {
     using std::isfinite;
     for (int i = 0; i < N; ++i)
         if (!isfinite(x0[i]))
             detail::refuse("x0[" + std::to_string(i) + "]", x0[i], "expected a finite number");
-    for (int i = 0; i < P; ++i)
+    for (int i = 0; i < given; ++i)
         if (!isfinite(p[i]))
             detail::refuse("params[" + std::to_string(i) + "]", p[i], "expected a finite number");
     if (!isfinite(t0))

@@ -18,6 +18,15 @@ namespace filippov {
 /// Number of state components.
 template <class Sys> inline constexpr int dim_v = Sys::dim;
 
+/// How many components there are. A system that is made at run time may have fewer than it is
+/// compiled for, and says so itself, by `components()`: the others come last, and stay zero.
+template <class Sys> int component_count([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.components(); })
+        return sys.components();
+    else
+        return dim_v<Sys>;
+}
+
 /// Number M of switching surfaces: `static constexpr int surfaces`, 1 if absent.
 template <class Sys>
 inline constexpr int surfaces_v = [] {
@@ -92,6 +101,14 @@ inline constexpr bool single_v = surfaces_v<Sys> == 1 && kinds_v<Sys>[0] == Surf
 
 template <class Sys, class S> using State = Vec<S, dim_v<Sys>>;
 template <class Sys, class S> using Params = Vec<S, params_v<Sys>>;
+
+/// A vector of n entries with what is given, and the rest of them.
+template <int N, class Given> Vec<double, N> padded(const Given& given, int n, double rest = 0) {
+    Vec<double, N> x;
+    for (int i = 0; i < N; ++i)
+        x[i] = i < n ? given[decltype(given.size())(i)] : rest;
+    return x;
+}
 
 // --- modes -------------------------------------------------------------------------------------
 
@@ -332,12 +349,16 @@ FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<S
     }
 }
 
-/// True if the system slides in closed form: one that is made at run time says so itself, by
-/// `has_sliding_flow()`.
+/// has_sliding_flow(): a system that is made at run time says itself if it slides in closed form.
+template <class Sys>
+concept ChoosesSlides = requires(const Sys& sys) {
+    { sys.has_sliding_flow() } -> std::same_as<bool>;
+};
+/// True if the system slides in closed form.
 template <class S, class Sys> bool slides_in_closed_form([[maybe_unused]] const Sys& sys) {
     if constexpr (!HasSlidingFlow<Sys, S>)
         return false;
-    else if constexpr (requires { sys.has_sliding_flow(); })
+    else if constexpr (ChoosesSlides<Sys>)
         return sys.has_sliding_flow();
     else
         return true;
@@ -350,6 +371,15 @@ template <class S, class Sys> bool is_forced([[maybe_unused]] const Sys& sys) {
         return sys.is_forced();
     else
         return HasPeriod<Sys, S>;
+}
+
+/// How exact the derivatives of the fields are, relative to the fields: to rounding, unless the
+/// system says otherwise, by `derivative_error()`.
+template <class R, class Sys> R derivative_error([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.derivative_error(); })
+        return std::max(R(sys.derivative_error()), R(100) * epsilon<R>);
+    else
+        return R(100) * epsilon<R>;
 }
 
 /// How many parameters are given: all, unless the system computes the last ones from the others.

@@ -4,7 +4,7 @@
 
 #include <filippov/sliding.hpp>
 #include <filippov/split.hpp>
-#include <filippov/tape.hpp>
+#include <filippov/tape_writer.hpp>
 
 #include <memory>
 
@@ -19,12 +19,17 @@ class TapeProgram {
 public:
     /// @param capacity  parameters and what is derived from them, at most
     TapeProgram(Definition& d, int capacity) : derived_(int(d.defaults.size()), capacity) {
+        dim = d.dim;
+        external = !d.graph.functions().empty();
         state_names = d.state_names;
         param_names = d.param_names;
         defaults = d.defaults;
         Graph& graph = d.graph;
         const auto tape = [&](std::span<const Expr> outputs) {
-            return Tape(graph, outputs, &derived_);
+            std::vector<Expr> quick;
+            for (const Expr e : outputs)
+                quick.push_back(without_divisions(graph, e));
+            return write_tape(graph, quick, &derived_);
         };
         const std::vector<Expr> x = states(d);
         h = tape(d.h);
@@ -48,9 +53,11 @@ public:
             splits += k != SurfaceKind::jump;
         if (d.surfaces() == 1 && d.kind[0] == SurfaceKind::switching)
             write_slide(d, tape);
-        derived.push_back(Tape(graph, derived_.all()));
+        derived = write_tape(graph, derived_.all());
     }
 
+    int dim = 0;
+    bool external = false; ///< it calls functions of which only values are known
     std::vector<std::string> state_names, param_names;
     std::vector<double> defaults;
 
@@ -64,19 +71,25 @@ public:
         int offset = 0;
     };
     Plane plane;
-    Tape h = none();
+    Tape h, derived;
     std::vector<Tape> grad_h, h_t, region, jump;
-    std::vector<Tape> period;  ///< none, or one
-    std::vector<Tape> derived; ///< one
+    std::vector<Tape> period; ///< none, or one
     std::vector<SurfaceKind> kind;
     int splits = 0; ///< surfaces that are no jumps; they come first
     // of one surface
-    Tape normal = none(); ///< L1 and L2 in a slide
-    Tape slide = none();  ///< the sliding field
+    Tape normal; ///< L1 and L2 in a slide
+    Tape slide;  ///< the sliding field
     bool constant_slide = false;
 
 private:
-    static Tape none() { return {Graph(), {}}; }
+    /// It with factors 1/p in place of divisions by what is known before.
+    static Expr without_divisions(Graph& graph, Expr e) {
+        return graph.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+            return graph[i].op == Op::div && !graph.varies(arg[1]) && !graph.is_constant(arg[1])
+                       ? graph.mul(arg[0], graph.div(graph.constant(1), arg[1]))
+                       : graph.with_args(i, arg);
+        });
+    }
     static std::vector<Expr> states(Definition& d) {
         std::vector<Expr> x;
         for (int i = 0; i < d.dim; ++i)
@@ -153,12 +166,17 @@ private:
     Derived derived_;
 };
 
+/// Systems of this many components are compiled for just as many, and run in lanes; beyond, a
+/// system may have fewer than it is compiled for.
+inline constexpr int most_exact_dims = 8;
+
 /// A system of N components and M surfaces that runs tapes. P parameters at most, derived ones
 /// included.
 template <int N, int M, int P> class TapeSystem {
 public:
     static constexpr int dim = N;
     static constexpr int surfaces = M;
+    static constexpr bool exact = N <= most_exact_dims, lanes = exact;
     static constexpr std::array<std::string_view, std::size_t(P)> params{}; ///< how many fit
     /// What is compiled for; `kind` says what is so.
     static constexpr auto kinds = [] {
@@ -171,9 +189,16 @@ public:
     template <class S> using Q = Vec<S, P>;
 
     explicit TapeSystem(std::shared_ptr<const TapeProgram> program)
-        : program_(std::move(program)), plane_(program_->plane) {}
+        : program_(std::move(program)), plane_(program_->plane) {
+        if (exact ? components() != N : components() > N)
+            throw std::invalid_argument("filippov: tapes of another number of components");
+    }
 
     std::shared_ptr<const TapeProgram> tapes() const { return program_; }
+
+    int components() const { return program_->dim; }
+    /// Differences are good to 1e-12 of a function, and derivatives may be a thousandth of it.
+    double derivative_error() const { return program_->external ? 1e-9 : 0.0; }
 
     // --- parameters ------------------------------------------------------------------------------
 
@@ -184,7 +209,7 @@ public:
     template <class S> void complete(Q<S>& p) const {
         const S t(0);
         const X<S> x = X<S>::Constant(S(0));
-        program_->derived[0].run(t, x.data(), p.data(), p.data() + given());
+        program_->derived.run(t, x.data(), p.data(), p.data() + given());
     }
     bool is_forced() const { return !program_->period.empty(); }
     template <class S> S period(const Q<S>& p) const {
@@ -301,7 +326,7 @@ public:
     bool has_sliding_flow() const { return program_->constant_slide; }
     template <class S>
     X<S> sliding_flow(const S& t, const X<S>& x, const Q<S>& p, const S& dt) const
-        requires(M == 1 && !is_wide<S>) // lanes take the steps of any slide
+        requires(M == 1)
     {
         return x + dt * field(program_->slide, t, x, p);
     }
@@ -310,6 +335,8 @@ private:
     template <class S>
     FILIPPOV_INLINE X<S> field(const Tape& tape, const S& t, const X<S>& x, const Q<S>& p) const {
         X<S> f;
+        if constexpr (!exact)
+            f.setConstant(S(0));
         tape.run(t, x.data(), p.data(), f.data());
         return f;
     }

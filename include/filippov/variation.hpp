@@ -404,7 +404,7 @@ private:
             weight[i] = dt / unit[i];
         if (Tableau::squared_error(Part{rk_, -1}, weight) > R(1e-6))
             return false;
-        const R tolerance = R(10) * std::max(settings_.rtol, R(100) * epsilon<R>);
+        const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
         for (std::size_t k = 0; k < x[0].d.size(); ++k) {
             R before(0), after(0);
             for (int i = 0; i < N; ++i) {

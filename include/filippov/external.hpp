@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Functions of which only values are known: compiled elsewhere, or another language's.
+#pragma once
+
+#include <filippov/dual.hpp>
+#include <filippov/taylor.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filippov {
+
+/// out = f(t, x, p). Where derivatives are needed and not given, they are differences over five
+/// points: first ones are good to about 1e-12 of the function's size, second ones to 1e-9, third
+/// ones to 1e-6.
+struct External {
+    using Function = std::function<void(double t, const double* x, const double* p, double* out)>;
+
+    std::string name;
+    int dim = 0;     ///< components of x
+    int params = 0;  ///< of p
+    int outputs = 0; ///< of f
+    Function value;
+    /// df_i/dx_j at [i dim + j], as a function of its own; may be null.
+    std::shared_ptr<const External> jacobian;
+    /// Typical sizes of time, the components and the parameters, all > 0: differences take steps of
+    /// a thousandth of them, or of the number itself if that is larger (not so for time).
+    std::vector<double> scale;
+
+    int inputs() const { return 1 + dim + params; }
+};
+
+/// An external function of any scalar.
+/// @param out  `outputs` numbers
+template <class S> void evaluate(const External& f, const S& t, const S* x, const S* p, S* out);
+
+namespace detail {
+
+/// Time, state and parameters in a row.
+template <class T> using Inputs = std::vector<T>;
+
+template <class T> void evaluate(const External& f, const Inputs<T>& at, T* out) {
+    filippov::evaluate(f, at[0], at.data() + 1, at.data() + 1 + f.dim, out);
+}
+
+/// Steps of differences, of the scale. Five points are best a little above the fifth root of the
+/// rounding, and a power of two adds none of its own.
+inline constexpr double difference_step = 0x1p-10;
+
+inline double size_of_input(const External& f, int i, double value) {
+    return i == 0 ? f.scale[0] : std::max(f.scale[std::size_t(i)], std::abs(value));
+}
+
+/// The derivative of f along a direction, `outputs` numbers.
+template <class T>
+std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T> along) {
+    std::vector<T> slope(std::size_t(f.outputs), T(0));
+    if (f.jacobian) {
+        std::vector<T> jacobian(std::size_t(f.outputs * f.dim), T(0));
+        evaluate(*f.jacobian, at, jacobian.data());
+        for (int i = 0; i < f.outputs; ++i)
+            for (int j = 0; j < f.dim; ++j)
+                slope[std::size_t(i)] +=
+                    jacobian[std::size_t(i * f.dim + j)] * along[std::size_t(1 + j)];
+        std::fill_n(along.begin() + 1, f.dim, T(0));
+    }
+    double size = 0;
+    for (int i = 0; i < f.inputs(); ++i) {
+        const auto k = std::size_t(i);
+        const double part =
+            std::abs(double(value_of(along[k]))) / size_of_input(f, i, double(value_of(at[k])));
+        size = size >= part ? size : part;
+    }
+    if (size == 0)
+        return slope;
+    const double step = difference_step / size;
+    std::array<std::vector<T>, 4> sample; // at -2, -1, 1, 2 steps
+    constexpr std::array offsets{-2, -1, 1, 2};
+    for (std::size_t m = 0; m < sample.size(); ++m) {
+        Inputs<T> shifted = at;
+        for (std::size_t i = 0; i < at.size(); ++i)
+            shifted[i] += T(offsets[m] * step) * along[i];
+        sample[m].assign(std::size_t(f.outputs), T(0));
+        evaluate(f, shifted, sample[m].data());
+    }
+    for (std::size_t i = 0; i < slope.size(); ++i)
+        slope[i] +=
+            (T(8) * (sample[2][i] - sample[1][i]) - (sample[3][i] - sample[0][i])) / T(12 * step);
+    return slope;
+}
+
+template <class T, int K>
+void evaluate_series(const External& f, const Inputs<Dual<T, K>>& at, Dual<T, K>* out) {
+    Inputs<T> value, along(at.size(), T(0));
+    for (const auto& input : at)
+        value.push_back(input.v);
+    std::vector<T> result(std::size_t(f.outputs), T(0));
+    evaluate(f, value, result.data());
+    std::copy(result.begin(), result.end(), out);
+    for (std::size_t k = 0; k < std::size_t(K); ++k) {
+        for (std::size_t i = 0; i < at.size(); ++i)
+            along[i] = at[i].d[k];
+        const std::vector<T> slope = derivative_along(f, value, along);
+        for (std::size_t i = 0; i < slope.size(); ++i)
+            out[i].d[k] = slope[i];
+    }
+}
+
+/// The polynomial through five points of a curve; what would be beyond its order is NaN.
+template <class T, int K>
+void evaluate_series(const External& f, const Inputs<Taylor<T, K>>& at, Taylor<T, K>* out) {
+    if constexpr (K == 1) { // a dual number
+        Inputs<Dual<T, 1>> same;
+        for (const auto& input : at) {
+            same.emplace_back(input.c[0]);
+            same.back().d[0] = input.c[1];
+        }
+        std::vector<Dual<T, 1>> result(std::size_t(f.outputs));
+        evaluate_series(f, same, result.data());
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            out[i].c[0] = result[i].v;
+            out[i].c[1] = result[i].d[0];
+        }
+        return;
+    }
+    double step = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < f.inputs(); ++i)
+        for (int k = 1; k <= K; ++k) {
+            const auto& c = at[std::size_t(i)].c;
+            const double size = size_of_input(f, i, double(value_of(c[0]))),
+                         part = std::abs(double(value_of(c[std::size_t(k)])));
+            if (part > 0)
+                step = std::min(step, std::pow(difference_step * size / part, 1.0 / k));
+        }
+    const bool moves = step < std::numeric_limits<double>::infinity();
+    std::array<std::vector<T>, 5> sample; // at -2 ... 2 steps
+    for (std::size_t m = 0; m < sample.size(); ++m) {
+        sample[m].assign(std::size_t(f.outputs), T(0));
+        if (m != 2 && !moves)
+            continue;
+        const T tau(m == 2 ? 0.0 : (double(m) - 2) * step);
+        Inputs<T> shifted;
+        for (const auto& input : at) {
+            T sum = input.c[std::size_t(K)];
+            for (int k = K - 1; k >= 0; --k)
+                sum = input.c[std::size_t(k)] + tau * sum;
+            shifted.push_back(sum);
+        }
+        evaluate(f, shifted, sample[m].data());
+    }
+    for (std::size_t i = 0; i < std::size_t(f.outputs); ++i) {
+        const T &a = sample[0][i], &b = sample[1][i], &c = sample[2][i], &d = sample[3][i],
+                &e = sample[4][i];
+        out[i] = Taylor<T, K>(c);
+        if (!moves)
+            continue;
+        const std::array<T, 4> scaled{
+            T(8) * (d - b) - (e - a), T(16) * (d + b) - (e + a) - T(30) * c,
+            (e - a) - T(2) * (d - b), (e + a) - T(4) * (d + b) + T(6) * c};
+        constexpr std::array divisor{12.0, 24.0, 12.0, 24.0};
+        double power = 1;
+        for (std::size_t k = 1; k <= std::size_t(K); ++k) {
+            power *= step;
+            out[i].c[k] = k <= scaled.size() ? T(scaled[k - 1] / T(divisor[k - 1] * power))
+                                             : T(std::numeric_limits<double>::quiet_NaN());
+        }
+    }
+}
+
+} // namespace detail
+
+template <class S> void evaluate(const External& f, const S& t, const S* x, const S* p, S* out) {
+    if constexpr (std::same_as<S, double>) {
+        f.value(t, x, p, out);
+    } else if constexpr (is_wide<S> || std::floating_point<S>) {
+        constexpr int width = [] {
+            if constexpr (is_wide<S>)
+                return int(S::width);
+            else
+                return 1;
+        }();
+        detail::Inputs<double> at(std::size_t(f.inputs()));
+        std::vector<double> value(std::size_t(f.outputs));
+        for (int l = 0; l < width; ++l) {
+            const auto one = [l](const S& v) {
+                if constexpr (is_wide<S>)
+                    return double(v[l]);
+                else
+                    return double(v);
+            };
+            at[0] = one(t);
+            for (int i = 0; i < f.dim; ++i)
+                at[std::size_t(1 + i)] = one(x[i]);
+            for (int i = 0; i < f.params; ++i)
+                at[std::size_t(1 + f.dim + i)] = one(p[i]);
+            detail::evaluate(f, at, value.data());
+            for (int i = 0; i < f.outputs; ++i)
+                if constexpr (is_wide<S>)
+                    out[i].set(l, value[std::size_t(i)]);
+                else
+                    out[i] = S(value[std::size_t(i)]);
+        }
+    } else {
+        detail::Inputs<S> at{t};
+        at.insert(at.end(), x, x + f.dim);
+        at.insert(at.end(), p, p + f.params);
+        detail::evaluate_series(f, at, out);
+    }
+}
+
+/// The partial derivative of an external function by one of its inputs: time, the components, the
+/// parameters, in this order.
+inline std::shared_ptr<const External> partial(const std::shared_ptr<const External>& f,
+                                               int input) {
+    auto d = std::make_shared<External>(*f);
+    d->jacobian = nullptr;
+    d->value = [f, input](double t, const double* x, const double* p, double* out) {
+        detail::Inputs<double> at{t}, along(std::size_t(f->inputs()), 0.0);
+        at.insert(at.end(), x, x + f->dim);
+        at.insert(at.end(), p, p + f->params);
+        along[std::size_t(input)] = 1;
+        const std::vector<double> slope = detail::derivative_along(*f, at, std::move(along));
+        std::copy(slope.begin(), slope.end(), out);
+    };
+    return d;
+}
+
+} // namespace filippov
