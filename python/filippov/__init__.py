@@ -31,24 +31,27 @@ if TYPE_CHECKING:
     )
     from ._branch import Branch, SpecialPoint, continuation
     from ._cells import CellGroup, CellMap, Grid, cell_map
-    from ._config import get_include, show_config
+    from ._config import get_cmake_dir, get_include, show_config
     from ._diagram import Diagram, bifurcation_diagram
     from ._ensemble import Ensemble, LaneStats, ensemble
     from ._event import EventKind
     from ._event_map import EventMap, FixedPoint, event_map
+    from ._foreign import SlowSystemWarning
     from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
     from ._lyapunov import Lyapunov, lyapunov
     from ._maps import Mapped, section_map, strobe_map
     from ._orbit import Orbit, OrbitError, periodic_orbit
     from ._refine import Audit, RefinedBasins
+    from ._settings import Settings, Stats
     from ._simulate import SimulationError, simulate
     from ._sliding_boundary import SlidingBoundary, sliding_boundaries
     from ._sliding_region import SlidingRegion, sliding_region
+    from ._solution import Solution
     from ._status import Status
     from ._store import load
     from ._system import Params, System, system
     from ._trace import DefinitionError
-    from ._trajectory import Branches, Piece, Settings, Solution, Stats, Trajectory
+    from ._trajectory import Branches, Piece, Trajectory
 
 __all__ = [
     "Attractor",
@@ -89,6 +92,7 @@ __all__ = [
     "SimulationError",
     "SlidingBoundary",
     "SlidingRegion",
+    "SlowSystemWarning",
     "Solution",
     "SpecialPoint",
     "Stats",
@@ -111,6 +115,7 @@ __all__ = [
     "equilibria",
     "event_map",
     "follow_basins",
+    "get_cmake_dir",
     "get_include",
     "load",
     "lyapunov",
@@ -172,10 +177,7 @@ _NAMES = {
         "Grid",
         "cell_map",
     ),
-    "_config": (
-        "get_include",
-        "show_config",
-    ),
+    "_config": ("get_cmake_dir", "get_include", "show_config"),
     "_diagram": (
         "Diagram",
         "bifurcation_diagram",
@@ -235,15 +237,11 @@ _NAMES = {
         "System",
         "system",
     ),
+    "_foreign": ("SlowSystemWarning",),
     "_trace": ("DefinitionError",),
-    "_trajectory": (
-        "Branches",
-        "Piece",
-        "Settings",
-        "Solution",
-        "Stats",
-        "Trajectory",
-    ),
+    "_settings": ("Settings", "Stats"),
+    "_solution": ("Solution",),
+    "_trajectory": ("Branches", "Piece", "Trajectory"),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 

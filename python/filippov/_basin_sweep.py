@@ -16,8 +16,9 @@ from . import _core
 from ._basins import Attractor, Basins, Saddle, basins
 from ._cells import GridArgument
 from ._check import floats, number, refuse
+from ._dataset import dataset
 from ._progress import Progress, ended, shown
-from ._store import StoredFields, load
+from ._store import Stored, load
 from ._system import Params, System
 from ._types import Floats
 
@@ -30,7 +31,7 @@ __all__ = ["BasinSweep", "follow_basins"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasinSweep(StoredFields):
+class BasinSweep(Stored):
     """Result of `follow_basins`, one entry a value of the parameter."""
 
     parameter: str
@@ -52,8 +53,6 @@ class BasinSweep(StoredFields):
 
     def to_xarray(self) -> xr.Dataset:
         """Give the shares as an `xarray.Dataset` over the parameter and the ids."""
-        import xarray as xr
-
         by_id = (self.parameter, "attractor")
         variables: dict[str, Any] = {
             name: (by_id, getattr(self, name)) for name in ("fractions", "low", "high")
@@ -61,10 +60,7 @@ class BasinSweep(StoredFields):
         variables |= {
             name: (self.parameter, getattr(self, name)) for name in ("escaped", "unresolved")
         }
-        coords = {self.parameter: self.values, "attractor": list(self.ids)}
-        attrs: dict[str, Any] = {"filippov": _core.__version__, "system": self.system.name}
-        others = {name: v for name, v in self.params.items() if name != self.parameter}
-        return xr.Dataset(variables, coords, attrs | others)
+        return dataset(self, variables, {self.parameter: self.values, "attractor": list(self.ids)})
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
         """Draw the shares over the parameter, one above the other.

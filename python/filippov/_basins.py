@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
 from ._basin_numbers import (
     BasinEntropy,
     BoxDimension,
@@ -28,6 +27,7 @@ from ._basin_numbers import (
 from ._basin_work import BasinWork
 from ._cells import CellGroup, Grid, GridArgument, Integers, Picture, picture_of, unpack_cell_map
 from ._check import flag, floats, integer, number, refuse
+from ._dataset import dataset
 from ._ensemble import (
     COUNTS,
     INTERRUPTED,
@@ -41,10 +41,10 @@ from ._ensemble import (
 from ._lanes import instruction_set
 from ._progress import Progress, ended, shown
 from ._refine import RefinedBasins, refine
-from ._store import StoredFields
+from ._settings import Settings
+from ._store import Stored
 from ._system import Params, System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
-from ._trajectory import Settings
 from ._types import Floats
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class GroupCheck:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Basins(StoredFields):
+class Basins(Stored):
     """Result of `basins`, one entry a cell: arrays have the shape of the grid."""
 
     label: Integers  #: 1, 2, ... the attractor, 0 unresolved, -1 escaped
@@ -323,25 +323,12 @@ class Basins(StoredFields):
 
     def to_xarray(self) -> xr.Dataset:
         """Give the picture as an `xarray.Dataset` over the two components of the grid."""
-        import xarray as xr
-
         names = self.grid.names
         variables: dict[str, Any] = {
             name: (names, getattr(self, name))
             for name in ("label", "time", "status", "plain_group", "plain_steps")
         }
-        coords = {name: self.grid.centres(k) for k, name in enumerate(names)}
-        attrs: dict[str, Any] = {
-            "filippov": _core.__version__,
-            "system": self.system.name,
-            "instruction_set": self.instruction_set,
-            "t0": self.t0,
-            "distance": self.distance,
-            "method": self.settings.method,
-            "rtol": self.settings.rtol,
-            "atol": list(self.settings.atol),
-        }
-        return xr.Dataset(variables, coords, attrs | dict(self.params))
+        return dataset(self, variables, self.grid.coords())
 
     def __repr__(self) -> str:
         shares = ", ".join(f"{label}: {share:.1%}" for label, share in self.fractions.items())

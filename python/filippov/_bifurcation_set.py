@@ -13,6 +13,7 @@ from . import _core
 from ._bounds import pair
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
 from ._check import integer, number, refuse
+from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import precision
 from ._progress import ended
@@ -20,6 +21,7 @@ from ._store import Stored
 from ._system import System
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -65,6 +67,21 @@ class BifurcationSet(Stored):
 
         return plot_curves(self.curves, ax, artist_kw)
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give the curves as an `xarray.Dataset` over the points of all, `curve` telling which.
+
+        Branches of orbits are left out: each has a dataset of its own.
+        """
+        names = list(self.curves[0].param) if self.curves else []
+        columns = {
+            name: np.concatenate([curve.param[name] for curve in self.curves]) for name in names
+        }
+        which = np.repeat(np.arange(len(self.curves)), [len(curve) for curve in self.curves])
+        variables: dict[str, Any] = {name: ("point", column) for name, column in columns.items()}
+        variables["curve"] = ("point", which)
+        variables["kind"] = ("curve_index", np.array([c.kind for c in self.curves], dtype=str))
+        return dataset(self, variables, {})
+
     def __repr__(self) -> str:
         kinds = ", ".join(curve.kind for curve in self.curves)
         points = ", ".join(
@@ -74,33 +91,6 @@ class BifurcationSet(Stored):
         return (
             f"<BifurcationSet: {len(self.branches)} branches; curves of {kinds or 'nothing'}; "
             f"{points or 'no points of codimension two'}; {self.corrections} flows>"
-        )
-
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        arrays: dict[str, np.ndarray[Any, Any]] = {}
-        content: dict[str, Any] = {"branches": [], "curves": []}
-        for what in ("branches", "curves"):
-            for k, branch in enumerate(getattr(self, what)):
-                parts, meta = branch._pack()
-                arrays |= {f"{what}_{k}_{name}": part for name, part in parts.items()}
-                content[what].append(meta)
-        content |= {name: getattr(self, name) for name in ("corrections", "failed_starts")}
-        return arrays, content
-
-    @classmethod
-    def _unpack(
-        cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]
-    ) -> BifurcationSet:
-        def branch(what: str, k: int) -> Branch:
-            start = f"{what}_{k}_"
-            parts = {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
-            return Branch._unpack(parts, meta[what][k])
-
-        return cls(
-            branches=tuple(branch("branches", k) for k in range(len(meta["branches"]))),
-            curves=tuple(branch("curves", k) for k in range(len(meta["curves"]))),
-            corrections=meta["corrections"],
-            failed_starts=meta["failed_starts"],
         )
 
 

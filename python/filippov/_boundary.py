@@ -13,11 +13,13 @@ from . import _core
 from ._basins import Basins, Saddle
 from ._cells import Grid, Integers
 from ._check import integer, number, refuse
+from ._dataset import dataset
 from ._progress import Progress, ended, shown
-from ._store import StoredFields
+from ._store import Stored
 from ._types import Floats
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -68,7 +70,7 @@ class BoundaryCorner:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasinBoundary(StoredFields):
+class BasinBoundary(Stored):
     """Result of `basin_boundary`."""
 
     curves: tuple[BoundaryCurve, ...]
@@ -81,6 +83,24 @@ class BasinBoundary(StoredFields):
     grid: Grid
 
     _parts = (BoundaryCorner, BoundaryCurve, Grid)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the curves as an `xarray.Dataset` over the points of all, `curve` telling which."""
+        names = self.grid.names
+        lengths = [c.points.shape[1] for c in self.curves]
+        points = np.concatenate([np.empty((2, 0)), *(c.points for c in self.curves)], axis=1)
+        variables: dict[str, Any] = {name: ("point", points[k]) for k, name in enumerate(names)}
+        variables["curve"] = ("point", np.repeat(np.arange(len(lengths)), lengths))
+        for name, empty in (("kind", KINDS[:0]), ("saddle", np.empty(0, np.int64))):
+            column = np.concatenate([empty, *(getattr(c, name) for c in self.curves)])
+            variables[name] = ("point", column)
+        variables |= {
+            side: ("curve_index", np.array([getattr(c, side) for c in self.curves], dtype=np.int64))
+            for side in ("left", "right")
+        }
+        corners = np.array([c.position for c in self.corners]).reshape(-1, 2)
+        variables |= {f"corner_{name}": ("corner", corners[:, k]) for k, name in enumerate(names)}
+        return dataset(self, variables, {})
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
         """Draw the curves and their corners, over `Basins.plot` if that is there.
@@ -126,7 +146,7 @@ class UnstableBranch:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UnstableSet(StoredFields):
+class UnstableSet(Stored):
     """Result of `unstable_set`."""
 
     branches: tuple[UnstableBranch, ...]  #: along `direction`, and against it
@@ -137,6 +157,19 @@ class UnstableSet(StoredFields):
     grid: Grid
 
     _parts = (Grid, Saddle, UnstableBranch)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the set as an `xarray.Dataset` over the points of both branches."""
+        lengths = [b.points.shape[1] for b in self.branches]
+        points = np.concatenate([b.points for b in self.branches], axis=1)
+        variables: dict[str, Any] = {
+            "x": (("state", "point"), points),
+            "branch": ("point", np.repeat(np.arange(len(lengths)), lengths)),
+            "direction": ("state", self.direction),
+            "attractor": ("branch_index", [b.attractor for b in self.branches]),
+            "length": ("branch_index", [b.length for b in self.branches]),
+        }
+        return dataset(self, variables, {})
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
         """Draw both branches, over `Basins.plot` if that is there.

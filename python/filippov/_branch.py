@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,12 @@ from . import _core
 from ._bounds import pair
 from ._check import integer, number, refuse, word, words
 from ._cycle import node_events, without_point
+from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import Complexes, Orbit, orbit_from, precision
 from ._progress import Progress, ended, shown
 from ._status import Status
-from ._store import Stored, pack_system, unpack_system
+from ._store import Stored
 from ._system import Params, System
 from ._types import Bools, Floats, Record
 
@@ -109,6 +110,8 @@ class Branch(Stored):
     #: curves of other kinds that start at points of codimension two of this one
     connected: tuple[Branch, ...] = ()
 
+    _parts = (SpecialPoint,)
+
     @property
     def special(self) -> dict[str, tuple[SpecialPoint, ...]]:
         """Bifurcations by kind, for every kind that was asked for."""
@@ -197,13 +200,30 @@ class Branch(Stored):
             return plot_curves([self, *self.connected], ax, artist_kw)
         return plot_branch(self, ax, y, artist_kw)
 
+    def plot_multipliers(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw the Floquet multipliers of all points in the complex plane, with the unit circle.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the points.
+
+        Returns
+        -------
+        list of artists
+            The circle, multipliers inside, then the others.
+        """
+        from ._plot_orbit import plot_multipliers
+
+        return plot_multipliers(self.multipliers, ax, artist_kw)
+
     def to_xarray(self) -> xr.Dataset:
         """Give the branch as an `xarray.Dataset`: dimensions `point`, `event`, `special`, `state`.
 
         Orbits of bifurcations are left out; their parameter values, kinds and words are there.
         """
-        import xarray as xr
-
         variables: dict[str, Any] = {
             column: ("point", getattr(self, column))
             for column in ("word", "period", "turns", "stable")
@@ -220,9 +240,7 @@ class Branch(Stored):
         for name, values in self.param.items():
             where = np.array([s.param[name] for s in self.specials])
             coords |= {name: ("point", values), f"special_{name}": ("special", where)}
-        attrs = {"system": self.system.name, "filippov": _core.__version__} | dict(self.params)
-        attrs |= {"kind": self.kind, "status": str(self.status), "message": self.message}
-        return xr.Dataset(variables, coords, attrs)
+        return dataset(self, variables, coords, {"message": self.message})
 
     def __repr__(self) -> str:
         def where(point: SpecialPoint) -> str:
@@ -242,67 +260,6 @@ class Branch(Stored):
     def _params_at(self, i: int) -> Params:
         values = dict(self.params) | {name: float(v[i]) for name, v in self.param.items()}
         return Params({name: values[name] for name in self.system.params})
-
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        arrays = {name: getattr(self, name) for name in _POINTS}
-        arrays |= {f"param_{name}": values for name, values in self.param.items()}
-        special: list[dict[str, Any]] = []
-        for k, point in enumerate(self.specials):
-            meta = {name: getattr(point, name) for name in _SCALARS}
-            parts, meta["orbit"] = point.orbit._pack()
-            parts["before"] = point.multipliers
-            arrays |= {f"special_{k}_{name}": part for name, part in parts.items()}
-            special.append(meta | {"status": str(point.status)})
-        content: dict[str, Any] = {"parameters": list(self.param), "specials": special}
-        content["kind"] = self.kind
-        content["connected"] = []
-        for k, branch in enumerate(self.connected):
-            parts, meta = branch._pack()
-            arrays |= {f"connected_{k}_{name}": part for name, part in parts.items()}
-            content["connected"].append(meta)
-        content |= {name: getattr(self, name) for name in ("ends", "corrections", "bounds")}
-        content |= {name: getattr(self, name) for name in ("detect", "rtol", "atol")}
-        content["status"] = str(self.status)
-        content["system"] = pack_system(self.system)
-        content["params"] = dict(self.params)
-        return arrays, content
-
-    @classmethod
-    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Branch:
-        def parts_of(start: str) -> dict[str, np.ndarray[Any, Any]]:
-            return {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
-
-        specials = []
-        for k, content in enumerate(meta["specials"]):
-            parts = parts_of(f"special_{k}_")
-            plain = {name: content[name] for name in _SCALARS}
-            specials.append(
-                SpecialPoint(
-                    **plain,
-                    multipliers=parts.pop("before"),
-                    orbit=Orbit._unpack(parts, content["orbit"]),
-                    status=Status(content["status"]),
-                )
-            )
-        return cls(
-            kind=meta["kind"],
-            connected=tuple(
-                Branch._unpack(parts_of(f"connected_{k}_"), each)
-                for k, each in enumerate(meta["connected"])
-            ),
-            param={name: arrays[f"param_{name}"] for name in meta["parameters"]},
-            **{name: arrays[name] for name in _POINTS},
-            specials=tuple(specials),
-            status=Status(meta["status"]),
-            ends=cast(tuple[str, str], tuple(meta["ends"])),
-            corrections=meta["corrections"],
-            system=unpack_system(meta["system"]),
-            params=Params(meta["params"]),
-            bounds={name: (low, high) for name, (low, high) in meta["bounds"].items()},
-            detect=tuple(meta["detect"]),
-            rtol=meta["rtol"],
-            atol=meta["atol"],
-        )
 
 
 def continuation(

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._bounds import interval
 from ._check import integer, number, refuse
+from ._dataset import dataset
 from ._ensemble import (
     COUNTS,
     INTERRUPTED,
@@ -32,14 +33,15 @@ from ._geometry import one_surface
 from ._lanes import instruction_set
 from ._maps import section_of
 from ._progress import Progress, ended, shown
+from ._settings import Settings
 from ._status import Status
-from ._store import StoredFields
+from ._store import Stored
 from ._system import Params, System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
-from ._trajectory import Settings
 from ._types import Floats
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -70,6 +72,10 @@ class Grid:
         n = self.shape[axis]
         low = self.low[axis]
         return np.asarray(low + (self.high[axis] - low) * ((np.arange(n) + 0.5) / n), np.float64)
+
+    def coords(self) -> dict[str, Floats]:
+        """Centres of the cells by component, as an `xarray.Dataset` takes them."""
+        return {name: self.centres(k) for k, name in enumerate(self.names)}
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -187,7 +193,7 @@ class CellGroup:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CellMap(StoredFields):
+class CellMap(Stored):
     """Result of `cell_map`, one entry a cell: arrays have the shape of the grid."""
 
     group: Integers  #: index into `groups`, -1 for the outside, -2 where it is not known
@@ -198,7 +204,7 @@ class CellMap(StoredFields):
     sink_basin: int  #: cells that lead outside
     unresolved_basin: int  #: cells of which it is not known
     grid: Grid
-    system: str
+    system: System
     params: Params
     rest: Floats  #: state, of which two components are those of the grid
     t0: float
@@ -214,6 +220,14 @@ class CellMap(StoredFields):
     def time(self) -> Floats:
         """Time until the group, of each cell; NaN of a section map."""
         return np.asarray(self.steps * self.period, dtype=np.float64)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the map as an `xarray.Dataset` over the two components of the grid."""
+        variables = {
+            name: (self.grid.names, getattr(self, name))
+            for name in ("group", "steps", "image", "status", "time")
+        }
+        return dataset(self, variables, self.grid.coords(), {"rest": self.rest.tolist()})
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
         """Draw the basins of the groups.
@@ -238,7 +252,7 @@ class CellMap(StoredFields):
         words = ", ".join(f"period {g.period} with {g.basin} cells" for g in self.groups[:6])
         more = f" and {len(self.groups) - 6} more" if len(self.groups) > 6 else ""
         return (
-            f"<CellMap of {self.system}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
+            f"<CellMap of {self.system.name}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
             f"{len(self.groups)} groups ({words}{more}), {self.sink_basin} cells lead outside>"
         )
 
@@ -393,7 +407,7 @@ def cell_map(
         image=columns["image"],
         status=STATUS_NAMES[columns["status"]],
         grid=cells,
-        system=sys.name,
+        system=sys,
         params=picture.params,
         rest=picture.rest,
         t0=picture.t0,

@@ -111,7 +111,10 @@ def one_of(name: str, value: object, accepted: Collection[int], expected: str) -
 def floats(name: str, value: ArrayLike, expected: str) -> Floats:
     """Array of any shape."""
     try:
-        return np.asarray(value, dtype=np.float64)
+        raw = np.asarray(value)
+        if raw.dtype.kind not in "fiub":
+            raise TypeError
+        return np.asarray(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         refuse(name, value, expected, TypeError)
 

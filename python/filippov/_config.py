@@ -13,7 +13,7 @@ from . import _core
 from ._check import word
 from ._lanes import instruction_set, lanes_in_a_register
 
-__all__ = ["get_include", "show_config"]
+__all__ = ["get_cmake_dir", "get_include", "show_config"]
 
 
 def get_include() -> str:
@@ -21,6 +21,18 @@ def get_include() -> str:
     folder = Path(_core.__file__).parent / "include"
     if not (folder / "filippov").is_dir():
         raise FileNotFoundError(f"{folder} has no headers: this is not an installed package")
+    return str(folder)
+
+
+def get_cmake_dir() -> str:
+    """Folder of `filippovConfig.cmake`, for `cmake -Dfilippov_DIR=...`.
+
+    Projects that scikit-build-core builds find it without; Eigen may come from the package index,
+    too: `pip install "filippov[cpp]"`.
+    """
+    folder = Path(_core.__file__).parent / "share" / "cmake" / "filippov"
+    if not (folder / "filippovConfig.cmake").is_file():
+        raise FileNotFoundError(f"{folder} has no CMake files: this is not an installed package")
     return str(folder)
 
 

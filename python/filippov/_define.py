@@ -8,6 +8,7 @@ import itertools
 import keyword
 import math
 import numbers
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as default
@@ -20,7 +21,7 @@ from ._check import refuse
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
-__all__ = ["Definition", "Formula", "Function", "define"]
+__all__ = ["Definition", "Formula", "Function", "check", "check_period", "define"]
 
 #: `f(t, s, p)`: time, state and parameters by name; the derivatives, one a component.
 Function = Callable[..., Any]
@@ -53,6 +54,8 @@ class Definition:
     # what is found
     h: list[int] = default(default_factory=list)
     region: list[list[int]] = default(default_factory=list)  #: bit j of its number: side of h_j
+    #: what tells functions apart that are not recorded
+    token: str = default(default_factory=lambda: os.urandom(16).hex())
 
     def made(self) -> tuple[_core.Model, Definition]:
         """Compile it."""
@@ -74,7 +77,14 @@ class Definition:
         return found["model"], full
 
     def plain(self) -> dict[str, Any]:
-        """Give it in numbers, text, lists and dictionaries."""
+        """Give it in numbers, text, lists and dictionaries.
+
+        Raises
+        ------
+        TypeError
+            If it has functions that are not recorded.
+        """
+        self.require_formulas("be pickled or saved")
         return {
             "name": self.name,
             "state": list(self.state),
@@ -85,6 +95,18 @@ class Definition:
             "jumps": {name: [h, after] for name, (h, after) in self.jumps.items()},
             "period": self.period,
         }
+
+    def identity(self) -> dict[str, Any]:
+        """Tell which equations these are, as JSON can hold it."""
+        return {"functions": self.token} if self.graph.functions() else self.plain()
+
+    def require_formulas(self, purpose: str) -> None:
+        """Refuse what needs formulas of a system that has functions of machine code or Python."""
+        if self.graph.functions():
+            raise TypeError(
+                f"{self.name} calls functions of which only values are known: it cannot {purpose}."
+                " A system of recorded functions can (filippov.system)"
+            )
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Definition:
@@ -168,12 +190,12 @@ class Recorder:
             ) from None
 
 
-def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa: ANN401
-    """Call `f(t, s, p)`, or `f(t, s)`."""
+def three_arguments(function: Function, what: str) -> Function:
+    """Make `f(t, s, p)` of a function that may be `f(t, s)`."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # some compiled ones have none
-        return function(t, s, p)
+        return function
     positional = [v for v in parameters if v.kind in (v.POSITIONAL_ONLY, v.POSITIONAL_OR_KEYWORD)]
     required = [v for v in positional if v.default is v.empty]
     many = any(v.kind is v.VAR_POSITIONAL for v in parameters)
@@ -183,7 +205,12 @@ def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa:
         )
     # f(t, s, i=i) keeps its own i
     three = many or len(required) == 3 or (len(positional) > 2 and positional[2].name == "p")
-    return function(t, s, p) if three else function(t, s)
+    return function if three else lambda t, s, _: function(t, s)
+
+
+def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa: ANN401
+    """Call `f(t, s, p)`, or `f(t, s)`."""
+    return three_arguments(function, what)(t, s, p)
 
 
 def defaults_of(params: object) -> dict[str, float]:
@@ -315,7 +342,7 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
     functions : mapping
         By the sides of the surfaces where each one counts; "" for everywhere.
     """
-    _check_period(model, definition)
+    check_period(model, definition)
     random = np.random.default_rng(20080131)
     values = np.array(list(definition.params.values()))
     p = Numbers(tuple(definition.params), values)
@@ -347,7 +374,7 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
                 )
 
 
-def _check_period(model: _core.Model, definition: Definition) -> None:
+def check_period(model: _core.Model, definition: Definition) -> None:
     """Compare the fields with themselves a period later."""
     values = np.array(list(definition.params.values()))
     period = model.period(values)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import choice, flag, integer, number, refuse, span, vector, words
+from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
+from ._settings import Settings, Stats
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
-from ._trajectory import Settings, Stats
 from ._types import Floats
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class Diagram(Stored):
     y_end: Floats  #: states at the end, shape (dim, n_values); NaN if there is none
 
     # what was asked
-    system: str  #: name of the system
+    system: System  #: of what
     state: tuple[str, ...]  #: names of the state components
     parameter: str  #: name of the swept parameter
     params: Params  #: the others
@@ -80,6 +80,8 @@ class Diagram(Stored):
     chains: int  #: stretches of values followed from end to start, 0: every value starts at `x0`
     settings: Settings  #: of every run
     stats: Stats  #: what all runs did, counted
+
+    _parts = (Settings, Stats)
 
     @property
     def param(self) -> Floats:
@@ -128,66 +130,31 @@ class Diagram(Stored):
 
         Everything that was asked is in its attributes.
         """
-        import xarray as xr
-
-        arrays, meta = self._pack()
-        dims = dict.fromkeys(_POINTS, "point") | dict.fromkeys(_VALUES, "value")
-        variables: dict[str, Any] = {"phase": ("point", self.phase)}
-        for name, column in arrays.items():
-            if name in ("y", "y_end"):
-                where = "point" if name == "y" else "value"
-                variables[name] = (("state", where), column)
-            elif name not in ("values", "value"):
-                variables[name] = (dims[name], column)
+        at_points = ("period", "t_local", "kind", "surface", "boundary", "phase")
+        at_values = ("status", "forcing", "cycle", "skipped")
+        variables: dict[str, Any] = {
+            "y": (("state", "point"), self.y),
+            "y_end": (("state", "value"), self.y_end),
+        }
+        variables |= {name: ("point", getattr(self, name)) for name in at_points}
+        variables |= {name: ("value", getattr(self, name)) for name in at_values}
         coords = {
             "value": ("value", self.values),
             "state": ("state", list(self.state)),
             self.parameter: ("point", self.param),
         }
-        attrs: dict[str, Any] = {"filippov": _core.__version__}
-        for name, what in meta.items():
-            attrs |= what if isinstance(what, dict) else {name: what}
-        attrs = {name: what for name, what in attrs.items() if what is not None}
-        return xr.Dataset(variables, coords, attrs)
+        return dataset(self, variables, coords, {"x0": self.x0.tolist()})
 
     def __repr__(self) -> str:
         ends = Counter(self.status.tolist())
         failed = ", ".join(f"{count} {word}" for word, count in ends.items() if word != "ok")
         low, high = self.values.min(), self.values.max()
         return (
-            f"<Diagram of {self.system}, {' and '.join(self.section)}: {self.values.size} values "
+            f"<Diagram of {self.system.name}, {' and '.join(self.section)}: "
+            f"{self.values.size} values "
             f"of {self.parameter} from {low:g} to {high:g}, {self.value.size} points; "
             f"{failed or 'all ok'}>"
         )
-
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        arrays = {name: getattr(self, name) for name in (*_POINTS, *_VALUES)}
-        meta = {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if field.name not in arrays
-        }
-        meta["params"] = dict(self.params)
-        meta["x0"] = self.x0.tolist()
-        meta["settings"] = dataclasses.asdict(self.settings)
-        meta["stats"] = dataclasses.asdict(self.stats)
-        return arrays, meta
-
-    @classmethod
-    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Diagram:
-        meta = meta | {name: arrays[name] for name in (*_POINTS, *_VALUES)}
-        for name in ("message", "state", "section"):
-            meta[name] = tuple(meta[name])
-        meta["params"] = Params(meta["params"])
-        meta["x0"] = np.array(meta["x0"])
-        settings = meta["settings"] | {"atol": tuple(meta["settings"]["atol"])}
-        meta["settings"] = Settings(**settings)
-        meta["stats"] = Stats(**meta["stats"])
-        return cls(**meta)
-
-
-_POINTS = ("value", "period", "t_local", "y", "kind", "surface", "boundary")
-_VALUES = ("values", "status", "forcing", "cycle", "skipped", "y_end")
 
 
 def bifurcation_diagram(
@@ -345,7 +312,7 @@ def bifurcation_diagram(
         cycle=columns["cycle"],
         skipped=columns["skipped"],
         y_end=np.ascontiguousarray(columns["y_end"].T),
-        system=sys.name,
+        system=sys,
         state=sys.state,
         parameter=parameter,
         params=Params({name: value for name, value in fixed.items() if name != parameter}),

@@ -15,19 +15,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import choice, floats, integer, number, refuse
+from ._dataset import dataset
 from ._event import modes_of
 from ._lanes import instruction_set, lanes_in_a_register, lanes_of, require_level
 from ._progress import Progress, ended, shown
+from ._settings import Settings
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
 from ._status import Status
-from ._store import StoredFields
+from ._store import Stored
 from ._system import System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
-from ._trajectory import Settings
 from ._types import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
 
 __all__ = ["Ensemble", "LaneStats", "RunSettings", "ensemble", "run_settings"]
 
@@ -64,7 +67,7 @@ COUNTS = tuple(field.name for field in fields(LaneStats) if field.name != "width
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble(StoredFields):
+class Ensemble(Stored):
     """Result of `ensemble`, one entry a member: arrays have the shape that the arguments have."""
 
     y: Floats  #: states at the end, shape (dim, ...); of a failure the last valid ones
@@ -77,7 +80,7 @@ class Ensemble(StoredFields):
     slide_time: Floats  #: time spent in slides
     y0: Floats  #: starts, shape (dim, ...)
     params: Mapping[str, float | Floats]  #: values by name, numbers or arrays of shape (...)
-    system: str  #: name of the system
+    system: System  #: of what
     state: tuple[str, ...]  #: names of the state components
     settings: Settings  #: of every member
     instruction_set: str  #: bits are those of this set
@@ -97,8 +100,6 @@ class Ensemble(StoredFields):
 
     def to_xarray(self) -> xr.Dataset:
         """Give the ensemble as an `xarray.Dataset` with dimensions `state`, `axis_0`, ..."""
-        import xarray as xr
-
         axes = tuple(f"axis_{k}" for k in range(len(self.shape)))
         variables: dict[str, Any] = {
             name: (axes, getattr(self, name))
@@ -107,23 +108,48 @@ class Ensemble(StoredFields):
         several = self.mode.ndim > len(axes)
         variables["mode"] = (("surface", *axes) if several else axes, self.mode)
         variables |= {name: (("state", *axes), getattr(self, name)) for name in ("y", "y0")}
-        attrs: dict[str, Any] = {
-            "filippov": _core.__version__,
-            "system": self.system,
-            "instruction_set": self.instruction_set,
-        }
+        attrs: dict[str, Any] = {}
         for name, value in self.params.items():
             if np.ndim(value) == 0:
                 attrs[name] = value
             else:
                 variables[name] = (axes, value)
-        return xr.Dataset(variables, {"state": ("state", list(self.state))}, attrs)
+        return dataset(self, variables, {"state": ("state", list(self.state))}, attrs)
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        x: str | None = None,
+        y: str | None = None,
+        **artist_kw: Any,
+    ) -> list[Artist]:
+        """Draw where the members end, in the colour of the mode they end in.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        x, y : str, optional
+            State components, parameters that differ between members, or "t"; by default the first
+            two components, of one component the member's parameter or start.
+        **artist_kw
+            For the points.
+
+        Returns
+        -------
+        list of artists
+            A set of points for each mode, then crosses for members that failed.
+        """
+        from ._plot import plot_ensemble
+
+        return plot_ensemble(self, ax, x, y, artist_kw)
 
     def __repr__(self) -> str:
         ends = Counter(self.status.ravel().tolist())
         failed = ", ".join(f"{count} {word}" for word, count in ends.items() if word != "ok")
         return (
-            f"<Ensemble of {self.system}: {self.status.size} members, {failed or 'all ok'}; "
+            f"<Ensemble of {self.system.name}: {self.status.size} members, {failed or 'all ok'}; "
             f"{self.instruction_set}>"
         )
 
@@ -307,7 +333,7 @@ def ensemble(
         slide_time=columns["slide_time"].reshape(shape),
         y0=members.starts(),
         params=members.params,
-        system=sys.name,
+        system=sys,
         state=sys.state,
         settings=run.settings,
         instruction_set=instruction_set(),

@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import floats, integer, number, refuse, vector
+from ._dataset import dataset
 from ._progress import Progress, ended, shown
 from ._status import Status
+from ._store import Stored
 from ._system import Params, System
 from ._types import Bools, FloatOrArray, Floats, Record
 
 if TYPE_CHECKING:
-    import xarray
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -56,7 +58,7 @@ class FixedPoint:
 
 
 @dataclass(frozen=True)
-class _Settings:
+class MapSettings:
     """How a map is computed."""
 
     rtol: float
@@ -66,7 +68,7 @@ class _Settings:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EventMap:
+class EventMap(Stored):
     """Graph of an iterate of the transition map, from stick-to-slip to the next stick-to-slip.
 
     The map acts on (boundary, phase): where |s| reaches 1 at s = boundary, and when within the
@@ -91,7 +93,9 @@ class EventMap:
     system: System
     params: Params
     _points: tuple[FixedPoint, ...]
-    _settings: _Settings
+    _settings: MapSettings
+
+    _parts = (FixedPoint, MapSettings)
 
     @property
     def success(self) -> bool:
@@ -145,9 +149,15 @@ class EventMap:
         return value
 
     def plot(
-        self, ax: Axes | None = None, *, boundary: int | None = None, **artist_kw: Any
+        self,
+        ax: Axes | None = None,
+        *,
+        boundary: int | None = None,
+        cobweb: float | None = None,
+        iterations: int = 30,
+        **artist_kw: Any,
     ) -> list[Artist]:
-        """Draw the graph with the diagonal and the fixed points.
+        """Draw the graph with the diagonal and the fixed points, and a cobweb.
 
         Parameters
         ----------
@@ -155,6 +165,11 @@ class EventMap:
             The current ones by default.
         boundary : int, optional
             The circle to draw, -1 or +1; by default those that orbits return to.
+        cobweb : float, optional
+            Phase from which iterates are drawn as a staircase between graph and diagonal, on the
+            circle drawn first; it ends where an iterate leaves that circle.
+        iterations : int
+            How many.
         **artist_kw
             For the curves, for instance `color`.
 
@@ -164,23 +179,14 @@ class EventMap:
         """
         from ._plot import plot_event_map
 
-        return plot_event_map(self, ax, boundary, artist_kw)
+        return plot_event_map(self, ax, boundary, cobweb, iterations, artist_kw)
 
-    def to_xarray(self) -> xarray.Dataset:
+    def to_xarray(self) -> xr.Dataset:
         """Give the samples as an `xarray.Dataset` over the dimension `sample`."""
-        import xarray
-
         columns = ("value", "value_boundary", "slope", "turns", "true_exit", "defined")
-        return xarray.Dataset(
-            {name: ("sample", getattr(self, name)) for name in columns},
-            coords={"phase": ("sample", self.phase), "boundary": ("sample", self.boundary)},
-            attrs={
-                "system": self.system.name,
-                "iterate": self.iterate,
-                "status": str(self.status),
-                **{f"params.{name}": value for name, value in self.params.items()},
-            },
-        )
+        variables = {name: ("sample", getattr(self, name)) for name in columns}
+        coords = {name: ("sample", getattr(self, name)) for name in ("phase", "boundary")}
+        return dataset(self, variables, coords)
 
 
 def event_map(
@@ -253,7 +259,7 @@ def event_map(
     if iterate > 1_000_000:
         refuse("iterate", iterate, "expected an integer from 1 to 1000000")
     start = None if guess is None else vector("guess", guess, sys.dim, sys.state)
-    settings = _Settings(
+    settings = MapSettings(
         rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
         atol=number("atol", atol, "expected a finite number > 0", above=0.0),
         max_periods=number(
@@ -281,7 +287,7 @@ def event_map(
 
 
 def _event_map(
-    run: _core._Graph, iterate: int, sys: System, params: Params, settings: _Settings
+    run: _core._Graph, iterate: int, sys: System, params: Params, settings: MapSettings
 ) -> EventMap:
     s = run["samples"]
     reasons = [Status(name) for name in _core.status_names()]

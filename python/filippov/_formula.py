@@ -109,6 +109,7 @@ def write(
         Names of nodes that are written by name.
     """
     nodes = graph.nodes()
+    functions = [called for called, _ in graph.functions()]
     known = {} if named is None else {i: (name, _ATOM) for i, name in named.items() if i != e}
 
     def part(i: int, least: int) -> str:
@@ -117,7 +118,12 @@ def write(
 
     for i in _below(nodes, [e]):
         if i not in known:
-            known[i] = _one(nodes[i], part, state, params, language)
+            op, *_, output, function = nodes[i]
+            known[i] = (
+                (f"{functions[int(function)]}(t, s, p)[{output}]", _ATOM)
+                if op == "call"
+                else _one(nodes[i], part, state, params, language)
+            )
     return known[e][0]
 
 

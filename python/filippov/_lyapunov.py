@@ -5,22 +5,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import integer, number, refuse, vector
+from ._dataset import dataset
 from ._progress import Progress, ended, shown
 from ._status import Status
+from ._store import Stored
 from ._system import Params, System
 from ._types import Floats
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
 
 __all__ = ["Lyapunov", "lyapunov"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Lyapunov:
+class Lyapunov(Stored):
     """Lyapunov exponents over a window of one solution."""
 
     exponents: Floats  #: largest first, per unit of time; -inf exactly where slides end all
@@ -39,6 +47,36 @@ class Lyapunov:
     def success(self) -> bool:
         """Whether the window was followed to its end."""
         return self.status == Status.ok
+
+    def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw the exponents with their error bars.
+
+        Exponents of -inf, which slides have, are arrows at the lower edge.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the points.
+
+        Returns
+        -------
+        list of artists
+            The points, the bars, the line of zero, then the arrows.
+        """
+        from ._plot import plot_lyapunov
+
+        return plot_lyapunov(self, ax, artist_kw)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the exponents as an `xarray.Dataset`, the largest first."""
+        variables: dict[str, Any] = {
+            "exponents": ("exponent", self.exponents),
+            "error": ("exponent", self.error),
+            "x": ("state", self.x),
+        }
+        return dataset(self, variables, {"state": list(self.system.state)})
 
     def __repr__(self) -> str:
         each = ", ".join(

@@ -5,18 +5,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import integer, number, one_of, refuse, word, words
+from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import ended
 from ._status import Status
+from ._store import Stored
 from ._system import Params, System
 from ._types import FloatOrArray, Floats
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Mapped", "section_map", "strobe_map"]
 
@@ -26,7 +31,7 @@ _ALL = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Mapped:
+class Mapped(Stored):
     """Where a map leads, with its derivatives.
 
     Of one start, or of k starts: then arrays have a last axis of length k, and words, statuses and
@@ -46,6 +51,28 @@ class Mapped:
     message: str | tuple[str, ...]  #: the same in words, empty for ok
     system: System
     params: Params
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the images as an `xarray.Dataset` with dimensions `state` and, of many, `start`.
+
+        Derivatives are over `of` and `by`: the state and then t.
+        """
+        start = ("start",) if self.x.ndim == 2 else ()
+        variables: dict[str, Any] = {
+            "x": (("state", *start), self.x),
+            "t": (start, self.t),
+            "slope": (("of", "by", *start), self.slope),
+            "singular": (start, self.singular),
+        }
+        for name, slope in self.param_slope.items():
+            variables[f"slope_{name}"] = (("of", *start), slope)
+        for name in ("word", "status"):
+            each = getattr(self, name)
+            words = np.array([str(v) for v in each]) if start else np.array(str(each))
+            variables[name] = (start, words)
+        both = [*self.system.state, "t"]
+        coords = {"state": list(self.system.state), "of": both, "by": both}
+        return dataset(self, variables, coords)
 
     @property
     def success(self) -> bool:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -14,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._check import flag, integer, number, one_of, refuse, span, vector
 from ._cycle import Cycle, node_events, without_point
+from ._dataset import dataset
 from ._event import EventKind
 from ._progress import ended
 from ._simulate import simulate
 from ._status import Status
-from ._store import Stored, pack_system, unpack_system
+from ._store import Stored
 from ._system import Params, System
 from ._trajectory import Trajectory
 from ._types import Floats, Record
@@ -145,10 +145,27 @@ class Orbit(Stored):
 
         return plot_orbit(self, ax, x, y, artist_kw)
 
+    def plot_multipliers(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw the Floquet multipliers in the complex plane, with the unit circle.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the points.
+
+        Returns
+        -------
+        list of artists
+            The circle, multipliers inside, then the others.
+        """
+        from ._plot_orbit import plot_multipliers
+
+        return plot_multipliers(self.multipliers, ax, artist_kw)
+
     def to_xarray(self) -> xr.Dataset:
         """Give the orbit as an `xarray.Dataset` with dimensions `event`, `state` and `other`."""
-        import xarray as xr
-
         variables: dict[str, Any] = {
             "x0": ("state", self.x0),
             "multipliers": ("multiplier", self.multipliers),
@@ -159,11 +176,7 @@ class Orbit(Stored):
             dims = ("event", inner[name]) if self.events[name].ndim == 2 else ("event",)
             variables["y" if name == "x" else name] = (dims, self.events[name])
         states = list(self.system.state)
-        attrs = {"system": self.system.name, "filippov": _core.__version__} | dict(self.params)
-        for name in ("word", "period", "turns", "message", "residual", "iterations"):
-            attrs[name] = getattr(self, name)
-        attrs |= {"status": str(self.status), "stable": int(self.stable)}
-        return xr.Dataset(variables, {"state": states, "other": states}, attrs)
+        return dataset(self, variables, {"state": states, "other": states})
 
     def __repr__(self) -> str:
         if not self.success:
@@ -181,26 +194,6 @@ class Orbit(Stored):
         if not self.success:
             refuse("orbit.status", str(self.status), f"expected an orbit; {self.message}")
         return Cycle.of(self)
-
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        meta = {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if field.name not in arrays
-        }
-        meta["system"] = pack_system(self.system)
-        meta["params"] = dict(self.params)
-        meta["status"] = str(self.status)
-        return arrays, meta
-
-    @classmethod
-    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Orbit:
-        meta = meta | {name: arrays[name] for name in _ARRAYS}
-        meta["system"] = unpack_system(meta["system"])
-        meta["params"] = Params(meta["params"])
-        meta["status"] = Status(meta["status"])
-        return cls(**meta)
 
 
 def periodic_orbit(

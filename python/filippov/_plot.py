@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._check import one_of, refuse, word, words
+from ._check import integer, number, one_of, refuse, word, words
 from ._sliding_region import SlidingRegion, sliding_region
 from ._types import Bools, Floats
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ._diagram import Diagram
+    from ._ensemble import Ensemble
     from ._event_map import EventMap
+    from ._lyapunov import Lyapunov
     from ._sliding_boundary import SlidingBoundary
     from ._trajectory import Trajectory
 
@@ -52,6 +54,8 @@ FIXED: dict[str, Any] = {
     "markeredgewidth": 1.2,
     "zorder": 3.0,
 }
+COBWEB: dict[str, Any] = {"color": "#2a7f3e", "linewidth": 0.8, "zorder": 2.4}
+FAILED: dict[str, Any] = {"linestyle": "none", "marker": "x", "color": "#808080", "markersize": 5}
 POINTS_PER_STEP = 12
 MOST_POINTS = 200_000
 REGION_TIMES = 24
@@ -163,6 +167,84 @@ def plot_phase(
     return artists + plot_trajectory(trajectory, ax, None, None, artist_kw)
 
 
+def plot_sliding_region(
+    region: SlidingRegion, ax: Axes | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw a sliding region at one time; see `SlidingRegion.plot`."""
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    for piece in region.pieces:
+        label = None if artists else "sliding region"
+        artists += ax.plot(piece[0], piece[1], **(REGION | {"label": label} | artist_kw))
+    if region.boundary.size:
+        artists += ax.plot(*region.boundary, label="its boundary", **BOUNDARY)
+    _name_axes(ax, *region.system.state)
+    return artists
+
+
+def plot_ensemble(
+    ensemble: Ensemble,
+    ax: Axes | None,
+    x: str | None,
+    y: str | None,
+    artist_kw: dict[str, Any],
+) -> list[Artist]:
+    """Draw the ends of an ensemble's members; see `Ensemble.plot`."""
+    shape = ensemble.shape
+    swept = {name: v for name, v in ensemble.params.items() if np.ndim(v) > 0}
+    columns = dict(zip(ensemble.state, ensemble.y, strict=True)) | swept | {"t": ensemble.t}
+    starts = f"{ensemble.state[0]} at the start"
+    if x is None:
+        x = ensemble.state[0] if len(ensemble.state) > 1 else next(iter(swept), starts)
+    else:
+        x = word("x", x, columns)
+    y = ensemble.state[min(1, len(ensemble.state) - 1)] if y is None else word("y", y, columns)
+    columns[starts] = ensemble.y0[0]
+    across, along = (np.broadcast_to(columns[name], shape).ravel() for name in (x, y))
+    modes = ensemble.mode if ensemble.mode.ndim == len(shape) else ensemble.mode[0]
+    ok = (ensemble.status == "ok").ravel()
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    for side, (colour, label) in SIDES.items():
+        mine = ok & (modes.ravel() == side)
+        if mine.any():
+            style = POINT | {"color": colour, "label": label, "markersize": 4} | artist_kw
+            artists += ax.plot(across[mine], along[mine], **style)
+    if not ok.all():
+        artists += ax.plot(across[~ok], along[~ok], label="failed", **FAILED)
+    _name_axes(ax, x, y)
+    return artists
+
+
+def plot_lyapunov(lyapunov: Lyapunov, ax: Axes | None, artist_kw: dict[str, Any]) -> list[Artist]:
+    """Draw exponents with their errors; see `Lyapunov.plot`."""
+    ax = _axes(ax)
+    order = np.arange(1, lyapunov.exponents.size + 1)
+    known = np.isfinite(lyapunov.exponents)
+    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "#1f5fa8", "capsize": 4}
+    points, caps, bars = ax.errorbar(
+        order[known], lyapunov.exponents[known], lyapunov.error[known], **(style | artist_kw)
+    )
+    artists: list[Artist] = [points, *caps, *bars, ax.axhline(0.0, **DIAGONAL)]
+    if not known.all():
+        bottom = ax.get_ylim()[0]
+        arrows: dict[str, Any] = {"linestyle": "none", "marker": "v", "color": "#101010"}
+        gone = order[~known]
+        artists += ax.plot(gone, np.full(gone.size, bottom), label="-inf", clip_on=False, **arrows)
+        ax.set_ylim(bottom=bottom)
+    ax.set_xticks(order)
+    _name_axes(ax, "exponent", "per unit of time")
+    return artists
+
+
+def _name_axes(ax: Axes, x: str, y: str) -> None:
+    """Label what has no label yet."""
+    if not ax.get_xlabel():
+        ax.set_xlabel(x)
+    if not ax.get_ylabel():
+        ax.set_ylabel(y)
+
+
 def _same(a: SlidingRegion, b: SlidingRegion) -> bool:
     return len(a.pieces) == len(b.pieces) and all(
         p.shape == q.shape and np.allclose(p, q, rtol=1e-12, atol=1e-12)
@@ -189,10 +271,7 @@ def plot_diagram(
         if mine.any():
             style = {**POINT, "color": colour, "label": label} | artist_kw
             artists += ax.plot(diagram.param[mine], column[mine], **style)
-    if not ax.get_xlabel():
-        ax.set_xlabel(diagram.parameter)
-    if not ax.get_ylabel():
-        ax.set_ylabel("phase (rad)" if y == "phase" else y)
+    _name_axes(ax, diagram.parameter, "phase (rad)" if y == "phase" else y)
     return artists
 
 
@@ -221,15 +300,17 @@ def plot_sliding_boundary(
     if cuts:
         points = [point.x[row] for point in boundary.tangential]
         artists += ax.plot(cuts, points, label="tangential slide", **BOUNDARY)
-    if not ax.get_xlabel():
-        ax.set_xlabel("phase (rad)")
-    if not ax.get_ylabel():
-        ax.set_ylabel(y)
+    _name_axes(ax, "phase (rad)", y)
     return artists
 
 
 def plot_event_map(
-    graph: EventMap, ax: Axes | None, boundary: int | None, artist_kw: dict[str, Any]
+    graph: EventMap,
+    ax: Axes | None,
+    boundary: int | None,
+    cobweb: float | None,
+    iterations: int,
+    artist_kw: dict[str, Any],
 ) -> list[Artist]:
     """Draw a transition map with its diagonal and fixed points; see `EventMap.plot`."""
     if boundary is not None:
@@ -258,6 +339,10 @@ def plot_event_map(
                 artists += ax.plot(*_curve(graph, chosen), **look)
     turn = 2 * np.pi
     artists += ax.plot([0, turn], [0, turn], **DIAGONAL)
+    if cobweb is not None:
+        start = number("cobweb", cobweb)
+        stairs = _staircase(graph, start % turn, drawn[0], integer("iterations", iterations))
+        artists += ax.plot(*stairs, label="iterates", **COBWEB)
     for stable in (True, False):
         met = [f.phase for f in graph.fixed_points() if f.stable == stable and f.boundary in drawn]
         if met:
@@ -270,6 +355,21 @@ def plot_event_map(
         many = graph.iterate > 1
         ax.set_ylabel(f"phase {graph.iterate} transitions on" if many else "phase of the next one")
     return artists
+
+
+def _staircase(
+    graph: EventMap, phase: float, boundary: int, iterations: int
+) -> tuple[list[float], list[float]]:
+    """Lead from the diagonal up to the graph and across to the diagonal again, and so on."""
+    x, y = [phase], [phase]
+    for _ in range(iterations):
+        image = float(graph(phase, boundary))
+        if not np.isfinite(image):
+            break
+        x += [phase, image]
+        y += [image, image]
+        phase = image
+    return x, y
 
 
 def _curve(graph: EventMap, chosen: Bools) -> tuple[Floats, Floats]:

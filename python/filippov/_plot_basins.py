@@ -107,9 +107,11 @@ def plot_basins(
         at = attractor.points[list(grid.coordinates)]
         colour = {"markerfacecolor": BASINS[k % len(BASINS)]}
         few = {} if attractor.periodic else {"marker": ".", "markersize": 1.5, "rasterized": True}
-        artists += ax.plot(*at, **(ATTRACTOR | colour | few))
-    for saddle in basins.saddles:
-        artists += ax.plot(*saddle.points[list(grid.coordinates)], **SADDLE)
+        name: dict[str, Any] = {"label": f"attractor {k + 1}"}
+        artists += ax.plot(*at, **(ATTRACTOR | colour | few | name))
+    for k, saddle in enumerate(basins.saddles):
+        name = {"label": "saddle" if k == 0 else None}
+        artists += ax.plot(*saddle.points[list(grid.coordinates)], **(SADDLE | name))
     ax.set(xlim=(grid.low[0], grid.high[0]), ylim=(grid.low[1], grid.high[1]))
     return artists
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._check import word
 from ._plot import _axes, plot_trajectory
@@ -209,4 +210,29 @@ def plot_curves(
     if curves and not ax.get_xlabel():
         ax.set_xlabel(next(iter(curves[0].param)))
         ax.set_ylabel(list(curves[0].param)[1])
+    return artists
+
+
+CIRCLE: dict[str, Any] = {"color": "#808080", "linewidth": 0.8, "zorder": 1.5}
+MULTIPLIER: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "zorder": 2.5}
+
+
+def plot_multipliers(
+    multipliers: NDArray[np.complex128], ax: Axes | None, artist_kw: dict[str, Any]
+) -> list[Artist]:
+    """Draw multipliers with the unit circle; shape (dim,), or (n, dim) along a branch."""
+    ax = _axes(ax)
+    angle = np.linspace(0, 2 * np.pi, 361)
+    artists: list[Artist] = list(ax.plot(np.cos(angle), np.sin(angle), **CIRCLE))
+    each = multipliers.ravel()
+    for inside, colour, label in (
+        (np.abs(each) < 1, "#1f5fa8", "inside"),
+        (np.abs(each) >= 1, "#c0392b", "on the circle or outside"),
+    ):
+        if inside.any():
+            style = MULTIPLIER | {"color": colour, "label": label} | artist_kw
+            artists += ax.plot(each[inside].real, each[inside].imag, **style)
+    ax.set_aspect("equal")
+    ax.set_xlabel(ax.get_xlabel() or "real part")
+    ax.set_ylabel(ax.get_ylabel() or "imaginary part")
     return artists

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from ._cells import Grid, Integers
 from ._check import integer, number
+from ._dataset import dataset
 from ._progress import ended
-from ._store import StoredFields
+from ._store import Stored
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -34,7 +36,7 @@ class Audit:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RefinedBasins(StoredFields):
+class RefinedBasins(Stored):
     """Result of `Basins.refine`: squares, of which each was labelled at its centre."""
 
     squares: Integers  #: level, and place along both axes, shape (n, 3)
@@ -89,6 +91,22 @@ class RefinedBasins(StoredFields):
             return picture
         at = (2 * np.arange(integer("cells", cells)) + 1) * n // (2 * cells)
         return picture[np.ix_(at, at)]
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the picture at its finest level as an `xarray.Dataset` over its two components.
+
+        The squares, as `squares` and `label`, are `square_level`, `square_place`, `square_label`.
+        """
+        finest = replace(self.grid, shape=self.shape)
+        variables: dict[str, Any] = {
+            what: (finest.names, self.paint(what=what)) for what in ("label", "time")
+        }
+        variables |= {
+            "square_level": ("square", self.squares[:, 0]),
+            "square_place": (("square", "axis"), self.squares[:, 1:]),
+            "square_label": ("square", self.label),
+        }
+        return dataset(self, variables, finest.coords())
 
     def plot(
         self, ax: Axes | None = None, *, cells: int | None = None, **artist_kw: Any

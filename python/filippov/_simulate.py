@@ -14,9 +14,11 @@ from . import _core
 from ._check import choice, flag, floats, integer, number, refuse, vector
 from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
+from ._settings import Settings, Stats
+from ._solution import Solution
 from ._status import Status
 from ._system import Params, System
-from ._trajectory import Branches, Settings, Solution, Stats, Trajectory
+from ._trajectory import Branches, Trajectory
 from ._types import Floats
 
 __all__ = [
@@ -243,7 +245,7 @@ def _trajectory(
     return Trajectory(
         t=run["t"],
         y=run["y"].T,
-        sol=None if run["solution"] is None else Solution(run["solution"], sys.dim, sys.surfaces),
+        sol=None if run["solution"] is None else Solution(run["solution"], sys),
         t_events=t_events,
         y_events=y_events,
         status=Status(run["status"]),

@@ -12,13 +12,16 @@ import numpy as np
 from . import _core
 from ._bounds import Bounds, box
 from ._check import integer, refuse
+from ._dataset import dataset
 from ._geometry import Tangency, one_surface, seeds_of, tangency
 from ._progress import ended
 from ._status import Status
+from ._store import Stored
 from ._system import Params, System
 from ._types import Bools, Floats
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -27,8 +30,8 @@ __all__ = ["SlidingBoundary", "sliding_boundaries"]
 MOST_SAMPLES = 1_000_000
 
 
-@dataclass(frozen=True, eq=False)
-class SlidingBoundary:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlidingBoundary(Stored):
     """One boundary of the sliding region, |s| = 1, over one period of the forcing."""
 
     side: int  #: whose field is tangent there: -1 (s = -1) or +1 (s = +1)
@@ -45,6 +48,8 @@ class SlidingBoundary:
     message: str  #: the same in words
     system: System
     params: Params
+
+    _parts = (Tangency,)
 
     @property
     def success(self) -> bool:
@@ -72,6 +77,20 @@ class SlidingBoundary:
         from ._plot import plot_sliding_boundary
 
         return plot_sliding_boundary(self, ax, y, artist_kw)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the boundary as an `xarray.Dataset` over the time of one period."""
+        variables: dict[str, Any] = {"x": (("state", "t"), self.x)}
+        variables |= {
+            name: ("t", getattr(self, name)) for name in ("phase", "drift", "visible", "attracting")
+        }
+        return dataset(self, variables, {"t": self.t, "state": list(self.system.state)})
+
+    def __repr__(self) -> str:
+        return (
+            f"<SlidingBoundary of {self.system.name}, s = {self.side:+d}: {self.t.size} points,"
+            f" {len(self.tangential)} tangential slides; {self.status}>"
+        )
 
 
 def sliding_boundaries(

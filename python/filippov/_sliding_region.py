@@ -5,26 +5,73 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._bounds import Bounds, ranges
 from ._check import integer, number, refuse
+from ._dataset import dataset
 from ._geometry import Tangency, tangencies_at
+from ._store import Stored
 from ._system import Params, System
 from ._types import Bools, Floats
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
 
 __all__ = ["SlidingRegion", "sliding_region", "surface_curves"]
 
 
-@dataclass(frozen=True, eq=False)
-class SlidingRegion:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlidingRegion(Stored):
     """Where a planar system slides at one time: attracting, `L1 > 0 > L2`, so `|s| < 1`."""
 
     t: float  #: the time
     pieces: tuple[Floats, ...]  #: curves on the surface, each of shape (2, k)
     boundary: Floats  #: points where a piece ends because |s| = 1, shape (2, m)
     tangencies: tuple[Tangency, ...]  #: the same points, each with what it is
+    system: System
+    params: Params
+
+    _parts = (Tangency,)
+
+    def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
+        """Draw the region and its boundary in the plane of the state.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where; by default the current axes.
+        **artist_kw
+            For the region's lines.
+
+        Returns
+        -------
+        list of artists
+            A line for each piece, then the points of the boundary.
+        """
+        from ._plot import plot_sliding_region
+
+        return plot_sliding_region(self, ax, artist_kw)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the region as an `xarray.Dataset` over the points of all pieces."""
+        lengths = [piece.shape[1] for piece in self.pieces]
+        variables: dict[str, Any] = {
+            "x": (("state", "point"), np.concatenate([np.empty((2, 0)), *self.pieces], axis=1)),
+            "piece": ("point", np.repeat(np.arange(len(lengths)), lengths)),
+            "boundary": (("state", "end"), self.boundary),
+        }
+        return dataset(self, variables, {"state": list(self.system.state)})
+
+    def __repr__(self) -> str:
+        return (
+            f"<SlidingRegion of {self.system.name} at t = {self.t:.9g}: {len(self.pieces)} pieces,"
+            f" {self.boundary.shape[1]} points of the boundary>"
+        )
 
 
 def sliding_region(
@@ -83,7 +130,7 @@ def sliding_region(
             pieces.append(np.concatenate(parts, axis=1))
     boundary = np.concatenate(edges, axis=1) if edges else np.empty((2, 0))
     kinds = tangencies_at(sys, time, boundary, sys._values(values))
-    return SlidingRegion(time, tuple(pieces), boundary, kinds)
+    return SlidingRegion(time, tuple(pieces), boundary, kinds, sys, values)
 
 
 def _axes(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:

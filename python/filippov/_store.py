@@ -1,129 +1,163 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results on disk: arrays as numpy's `.npz`, everything else as JSON inside it. No pickle."""
+"""Results on disk, field by field: arrays in numpy's `.npz` or in zarr, everything else as JSON.
+
+No pickle. Systems stand aside, each once: with their formulas if they have them, else by the name
+of their model.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import os
+import shutil
 import zipfile
 from collections.abc import Mapping
+from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from . import _core
 from ._check import refuse
+from ._solution import Solution
+from ._status import Status
 from ._system import Params, System, restore, restore_defined
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
-
-__all__ = ["Stored", "StoredFields", "load", "pack_system", "unpack_system"]
+__all__ = ["Stored", "load"]
 
 FORMAT = "filippov"
-VERSION = 1
+VERSION = 2
 META = "__filippov__"
+
+Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 class Stored:
-    """A result that can be saved. A subclass is known to `load` by its class name."""
+    """A result that can be saved: a dataclass. `load` knows it by its class name.
 
-    _classes: ClassVar[dict[str, type[Stored]]] = {}
+    `_parts` are the dataclasses that its fields consist of, besides other results.
+    """
+
+    _parts: ClassVar[tuple[type, ...]] = ()
+    _classes: ClassVar[dict[str, type]] = {}
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        Stored._classes[cls.__name__] = cls
-
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        """Arrays by name, and what JSON can hold."""
-        raise NotImplementedError
-
-    @classmethod
-    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Self:
-        """Build the result from what `_pack` gave."""
-        raise NotImplementedError
+        for each in (cls, *cls._parts):
+            Stored._classes[each.__name__] = each
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Save to a file, for `filippov.load`; a file that is there is replaced as a whole.
+        """Save for `filippov.load`; what is there is replaced as a whole.
 
-        The file is numpy's `.npz` without pickle: `numpy.load` reads its arrays too.
+        A path that ends in `.zarr` becomes a zarr group, any other one numpy's `.npz`, without
+        pickle: `zarr.open_group` and `numpy.load` read the arrays, too. Equations, parameters and
+        settings are inside.
+
+        Raises
+        ------
+        TypeError
+            If the system has functions of which only values are known.
+        ImportError
+            For `.zarr` without zarr.
         """
-        arrays, content = self._pack()
+        pack = _Pack()
+        content = pack.packed(self, "")
         meta = {
             "format": FORMAT,
             "version": VERSION,
-            "class": type(self).__name__,
             "filippov": _core.__version__,
+            "systems": pack.systems,
             "content": content,
         }
         target = Path(path)
         part = target.with_name(target.name + ".part")
-        with part.open("wb") as file:
-            np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **arrays)  # type: ignore[arg-type]
+        _remove(part)
+        if target.suffix == ".zarr":
+            _write_zarr(part, meta, pack.arrays)
+            _remove(target)
+        else:
+            with part.open("wb") as file:
+                np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **pack.arrays)  # type: ignore[arg-type]
         part.replace(target)
 
 
-class StoredFields(Stored):
-    """A result that is saved field by field: arrays, and what JSON can hold.
+class _Pack:
+    """Takes a result apart."""
 
-    `_parts` are the dataclasses that its fields consist of.
-    """
+    def __init__(self) -> None:
+        self.arrays: Arrays = {}
+        self.systems: list[dict[str, Any]] = []
+        self._known: dict[tuple[int, tuple[float, ...]], int] = {}
 
-    _parts: ClassVar[tuple[type, ...]] = ()
+    def packed(self, value: Any, name: str) -> Any:  # noqa: ANN401 - any field
+        """Give a value as JSON can hold it, beside `arrays` and `systems`."""
+        if isinstance(value, np.ndarray):
+            self.arrays[name] = value
+            return {"array": name}
+        if isinstance(value, np.generic):
+            return {"number": value.item(), "dtype": value.dtype.str}
+        if isinstance(value, Enum):
+            return {"status": value.value}
+        if isinstance(value, System):
+            return {"system": self._place(value)}
+        if isinstance(value, Solution):
+            parts = {key: self.packed(v, f"{name}.{key}") for key, v in value._packed().items()}
+            return {"solution": self._place(value._system), "parts": parts}
+        if dataclasses.is_dataclass(value):
+            inside = f"{name}." if name else ""
+            fields = {
+                field.name: self.packed(getattr(value, field.name), inside + field.name)
+                for field in dataclasses.fields(value)
+            }
+            return {"class": type(value).__name__, "fields": fields}
+        if isinstance(value, tuple | list):
+            return {"tuple": [self.packed(v, f"{name}.{k}") for k, v in enumerate(value)]}
+        if isinstance(value, Mapping):
+            items = {key: self.packed(v, f"{name}.{key}") for key, v in value.items()}
+            return {"params" if isinstance(value, Params) else "mapping": items}
+        return value
 
-    def _pack(self) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-        arrays: dict[str, np.ndarray[Any, Any]] = {}
+    def _place(self, system: System) -> int:
+        key = (id(system._model), tuple(system.params.values()))
+        if key not in self._known:
+            system.__reduce__()  # refuses what cannot be made again
+            self._known[key] = len(self.systems)
+            self.systems.append(system._identity() | {"params": dict(system.params)})
+        return self._known[key]
 
-        def packed(value: Any, name: str) -> Any:  # noqa: ANN401 - any field
-            if isinstance(value, np.ndarray):
-                arrays[name] = value
-                return {"array": name}
-            if isinstance(value, np.generic):
-                return value.item()
-            if isinstance(value, System):
-                return {"system": pack_system(value)}
-            if isinstance(value, tuple | list):
-                return {"tuple": [packed(v, f"{name}.{k}") for k, v in enumerate(value)]}
-            if isinstance(value, self._parts):
-                fields = {
-                    field.name: packed(getattr(value, field.name), f"{name}.{field.name}")
-                    for field in dataclasses.fields(value)  # type: ignore[arg-type]
-                }
-                return {"class": type(value).__name__, "fields": fields}
-            if isinstance(value, Mapping):
-                items = {key: packed(v, f"{name}.{key}") for key, v in value.items()}
-                return {"params" if isinstance(value, Params) else "mapping": items}
+
+class _Unpack:
+    """Puts it together again."""
+
+    def __init__(self, meta: Mapping[str, Any], arrays: Arrays) -> None:
+        self._arrays = arrays
+        self._systems = [_system(content) for content in meta["systems"]]
+
+    def unpacked(self, value: Any) -> Any:  # noqa: ANN401 - any field
+        """Give what was packed."""
+        if not isinstance(value, dict):
             return value
-
-        fields = {
-            field.name: packed(getattr(self, field.name), field.name)
-            for field in dataclasses.fields(self)  # type: ignore[arg-type]
-        }
-        return arrays, fields
-
-    @classmethod
-    def _unpack(cls, arrays: dict[str, np.ndarray[Any, Any]], meta: dict[str, Any]) -> Self:
-        parts = {part.__name__: part for part in cls._parts}
-
-        def unpacked(value: Any) -> Any:  # noqa: ANN401 - any field
-            if not isinstance(value, dict):
-                return value
-            if "array" in value:
-                return arrays[value["array"]]
-            if "system" in value:
-                return unpack_system(value["system"])
-            if "tuple" in value:
-                return tuple(unpacked(v) for v in value["tuple"])
-            if "class" in value:
-                fields = {name: unpacked(v) for name, v in value["fields"].items()}
-                return parts[value["class"]](**fields)
-            if "params" in value:
-                return Params({key: unpacked(v) for key, v in value["params"].items()})
-            return {key: unpacked(v) for key, v in value["mapping"].items()}
-
-        return cls(**{name: unpacked(value) for name, value in meta.items()})
+        if "array" in value:
+            return self._arrays[value["array"]]
+        if "number" in value:
+            return np.dtype(value["dtype"]).type(value["number"])
+        if "status" in value:
+            return Status(value["status"])
+        if "system" in value:
+            return self._systems[value["system"]]
+        if "solution" in value:
+            parts = {key: self.unpacked(v) for key, v in value["parts"].items()}
+            return Solution._of(self._systems[value["solution"]], parts)
+        if "class" in value:
+            fields = {key: self.unpacked(v) for key, v in value["fields"].items()}
+            return Stored._classes[value["class"]](**fields)
+        if "tuple" in value:
+            return tuple(self.unpacked(v) for v in value["tuple"])
+        if "params" in value:
+            return Params({key: self.unpacked(v) for key, v in value["params"].items()})
+        return {key: self.unpacked(v) for key, v in value["mapping"].items()}
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is known when the file is read
@@ -132,67 +166,123 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
     Parameters
     ----------
     path : str or path
-        The file.
+        The file, or the zarr group.
 
     Returns
     -------
-    Branch, Diagram, Orbit, ...
+    Trajectory, Branch, Basins, ...
         An object of the class that was saved, equal to it in every array.
 
     Raises
     ------
     ValueError
-        For a file that is not one of filippov's results, or of a newer format.
+        For a file that is not one of filippov's results, or of another format.
     OSError
         For a file that cannot be read.
     """
     foreign = "expected a file written by the method save of a result of filippov"
     try:
-        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, zipfile.BadZipFile, TypeError, AttributeError):
-        refuse("path", os.fspath(path), foreign)
-    try:
-        meta = json.loads(str(arrays.pop(META)))
-    except (KeyError, json.JSONDecodeError):
+        meta, arrays = (_read_zarr if Path(path).is_dir() else _read_npz)(Path(path))
+    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, TypeError, AttributeError):
         refuse("path", os.fspath(path), foreign)
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         refuse("path", os.fspath(path), foreign)
     if meta.get("version") != VERSION:
         expected = f"its format has version {meta.get('version')}, expected version {VERSION}"
         refuse("path", os.fspath(path), expected)
-    known = _known_classes()
-    if meta.get("class") not in known:
-        expected = f"it holds a {meta.get('class')}, expected one of {', '.join(sorted(known))}"
-        refuse("path", os.fspath(path), expected)
+    _import_all()
+    content = meta.get("content")
+    found = content.get("class") if isinstance(content, dict) else None
+    known = sorted(n for n, c in Stored._classes.items() if issubclass(c, Stored))
+    if found not in known:
+        refuse("path", os.fspath(path), f"it holds a {found}, expected one of {', '.join(known)}")
     try:
-        return known[meta["class"]]._unpack(arrays, meta["content"])
+        return _Unpack(meta, arrays).unpacked(content)
     except (KeyError, TypeError, IndexError):
-        refuse("path", os.fspath(path), f"its {meta['class']} is incomplete; {foreign}")
+        refuse("path", os.fspath(path), f"its {found} is incomplete; {foreign}")
 
 
-def _known_classes() -> dict[str, type[Stored]]:
-    """Give every class that can be saved: its module must have been imported."""
+def _import_all() -> None:
+    """Import every module with results: their classes are known then."""
     import importlib
 
     from . import _NAMES
 
     for module in _NAMES:
         importlib.import_module(f".{module}", __package__)
-    return Stored._classes
 
 
-def pack_system(sys: System) -> dict[str, Any]:
-    """Give a system as JSON can hold it, with its parameter values."""
-    sys.__reduce__()  # refuses what cannot be made again
-    return sys._identity() | {"params": dict(sys.params)}
-
-
-def unpack_system(content: dict[str, Any]) -> System:
-    """Give the system that was packed."""
+def _system(content: Mapping[str, Any]) -> System:
     if "formulas" in content:
         return restore_defined(content["formulas"], content["params"])
     try:
         return restore(content["name"], content["params"])
     except AttributeError:
         return refuse("system", content["name"], "expected one of filippov.models")
+
+
+# --- files ----------------------------------------------------------------------------------------
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _read_npz(path: Path) -> tuple[Any, Arrays]:
+    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    return json.loads(str(arrays.pop(META))), arrays
+
+
+def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> None:
+    """Write a group, in which records are arrays of columns, and words numbers of their list."""
+    import zarr
+
+    group = zarr.open_group(path, mode="w")
+    records: dict[str, list[Any]] = {}
+
+    def put(name: str, array: np.ndarray[Any, Any]) -> None:
+        if array.dtype.names is not None:
+            records[name] = array.dtype.descr
+            for column in array.dtype.names:
+                put(f"{name}.{column}", array[column])
+            return
+        attributes = {}
+        if array.dtype.kind == "U":
+            words, numbers = np.unique(array, return_inverse=True)
+            attributes = {"words": words.tolist(), "dtype": array.dtype.str}
+            array = numbers.reshape(array.shape).astype(np.int32)
+        chunks = tuple(max(n, 1) for n in array.shape)
+        stored = group.create_array(
+            name, shape=array.shape, dtype=array.dtype, chunks=chunks, attributes=attributes
+        )
+        if array.size:
+            stored[...] = array
+
+    for name, array in arrays.items():
+        put(name, array)
+    group.attrs.update({META: meta, "records": records})
+
+
+def _read_zarr(path: Path) -> tuple[Any, Arrays]:
+    import zarr
+
+    group = zarr.open_group(path, mode="r")
+    columns: Arrays = {}
+    for name, stored in group.arrays():
+        values = np.asarray(stored[...])
+        if "words" in stored.attrs:
+            words = np.array(stored.attrs["words"], dtype=stored.attrs["dtype"])
+            values = words[values] if words.size else np.empty(values.shape, words.dtype)
+        columns[name] = values
+    for name, description in group.attrs["records"].items():
+        dtype = np.dtype([(d[0], d[1], *(tuple(n) for n in d[2:])) for d in description])
+        names = dtype.names or ()
+        record = np.empty(columns[f"{name}.{names[0]}"].shape[:1], dtype)
+        for column in names:
+            record[column] = columns.pop(f"{name}.{column}")
+        columns[name] = record
+    return group.attrs[META], columns

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import among, floats, number, one_of, refuse
-from ._define import Definition, Formula, Function, check, define
+from ._define import Definition, Formula, Function, check, check_period, define
+from ._foreign import Surroundings, warn_slow
 from ._formula import cpp_struct, latex, latex_name, write
 from ._types import FloatOrArray, Floats
 
@@ -198,6 +199,145 @@ class System:
             },
         )
         check(model, definition, {"": f})
+        return cls._of(model, _switches_of(definition), None, definition)
+
+    @classmethod
+    def from_pointers(
+        cls,
+        state: str | Sequence[str],
+        params: Mapping[str, float] | None = None,
+        *,
+        fields: Mapping[str, Any],
+        switch: Any,  # noqa: ANN401 - a pointer or a formula, or several
+        jacobians: Mapping[str, Any] | None = None,
+        period: Formula | None = None,
+        jumps: Mapping[str, tuple[Any, Any]] | None = None,
+        scale: Mapping[str, float] | None = None,
+        name: str = "system",
+    ) -> System:
+        """Make a system of functions in machine code: of numba, a C file, cffi, ctypes.
+
+        All have one signature, `void f(double t, const double *x, const double *p, double *out)`:
+        time, state and parameters in the order of their names. A field fills `out` with its `dim`
+        derivatives, a switching function with one number. They are called from several threads.
+
+        Parameters
+        ----------
+        state, params
+            As in `System`.
+        fields : mapping
+            `{"-": f, "+": g}`: functions on the sides of the surfaces, as in `System`. Each is an
+            address (int), a `numba.cfunc`, or a function of ctypes or cffi; it is kept alive with
+            the system.
+        switch : pointer or formula, or several
+            Switching function. In text (`"v - V"`) its derivatives are exact.
+        jacobians : mapping, optional
+            `{"-": j, "+": k}`: functions that fill `out` with df_i/dx_j at `[i*dim + j]`. Without
+            them, and by time and parameters, derivatives are differences over five points: first
+            ones are good to about 1e-12.
+        period : formula, optional
+            As in `System`.
+        jumps : mapping, optional
+            `{"wall": (h, after)}`: a pointer or formula, and the pointer of the state after.
+        scale : mapping, optional
+            Typical sizes of components, parameters and of the time "t": differences take steps of
+            a thousandth of them. By default 1, of parameters their values, and of the time
+            period/(2 pi) where that is a number.
+        name : str, optional
+            What it is called.
+
+        Raises
+        ------
+        TypeError
+            For what has no address, or is declared with another signature. An address itself
+            cannot be checked.
+        """
+        around = Surroundings(state, params, period, scale)
+        slopes = dict(jacobians or {})
+        if not isinstance(fields, Mapping):
+            refuse("fields", fields, "expected a mapping of sides to functions", TypeError)
+        if not set(slopes) <= set(fields):
+            refuse("jacobians", jacobians, "expected some of the sides that fields has")
+        made = {
+            sides: around.pointer(f"f[{sides}]", f, jacobian=slopes.get(sides))
+            for sides, f in fields.items()
+        }
+        return cls._of_foreign(
+            around, around.pointer, made, switch, state, params, period, jumps, name
+        )
+
+    @classmethod
+    def from_callables(
+        cls,
+        state: str | Sequence[str],
+        params: Mapping[str, float] | None = None,
+        *,
+        fields: Mapping[str, Function],
+        switch: Formula | Sequence[Formula] | Mapping[str, Formula],
+        period: Formula | None = None,
+        jumps: Mapping[str, tuple[Formula, Function]] | None = None,
+        scale: Mapping[str, float] | None = None,
+        name: str = "system",
+    ) -> System:
+        """Make a system of Python functions that cannot be recorded, and are called.
+
+        The slow way, for tables, loops that depend on the state, or another library's code: every
+        step calls Python, which takes a hundred times longer than a recorded function, and says so
+        by a `SlowSystemWarning`. Each function has the smooth field of one side; an
+        ArithmeticError, a LookupError or a ValueError in one means that it does not exist there.
+
+        Parameters
+        ----------
+        state, params, fields, period, jumps, name
+            As in `System`; functions get numpy arrays with names.
+        switch : formula, or several
+            As in `System`. In text (`"v - V"`) its derivatives are exact; a function is called.
+        scale : mapping, optional
+            As in `from_pointers`.
+        """
+        around = Surroundings(state, params, period, scale)
+        if not isinstance(fields, Mapping):
+            refuse("fields", fields, "expected a mapping of sides to functions", TypeError)
+        made = {sides: around.callable(f"f[{sides}]", f) for sides, f in fields.items()}
+        warn_slow(name)
+        return cls._of_foreign(
+            around, around.callable, made, switch, state, params, period, jumps, name
+        )
+
+    @classmethod
+    def _of_foreign(
+        cls,
+        around: Surroundings,
+        foreign: Callable[..., Function],
+        fields: Mapping[str, Function],
+        switch: Any,  # noqa: ANN401
+        state: str | Sequence[str],
+        params: Mapping[str, float] | None,
+        period: Formula | None,
+        jumps: Mapping[str, tuple[Any, Any]] | None,
+        name: str,
+    ) -> System:
+        def number(what: str, function: object) -> Formula:
+            if isinstance(function, str):
+                return function
+            return foreign(what, function, number=True)
+
+        if isinstance(switch, Mapping):
+            switch = {key: number(key, h) for key, h in switch.items()}
+        elif isinstance(switch, (list, tuple)):
+            switch = [number(f"h{j}", h) for j, h in enumerate(switch)]
+        else:
+            switch = number("h", switch)
+        after = {
+            key: (number(f"h of {key}", h), foreign(f"the state after {key}", jump))
+            for key, (h, jump) in (jumps or {}).items()
+        }
+        model, definition = define(
+            name, state, params, None, fields=fields, switch=switch, period=period, jumps=after
+        )
+        for trial in around.trials:
+            trial.judge()
+        check_period(model, definition)
         return cls._of(model, _switches_of(definition), None, definition)
 
     # --- what it is ---------------------------------------------------------------------------
@@ -412,13 +552,14 @@ class System:
             For a compiled system, which is C++ already.
         """
         definition = self._formulas()
+        definition.require_formulas("be written in C++")
         return cpp_struct(definition, name or self.name, dict(self._params), self.kinds)
 
     def _identity(self) -> dict[str, Any]:
         """Tell which equations it has, as JSON can hold it; parameter values are apart."""
         told: dict[str, Any] = {"name": self.name, "state": list(self.state)}
         if self._definition is not None:
-            told["formulas"] = self._definition.plain()
+            told["formulas"] = self._definition.identity()
         return told
 
     def _formulas(self) -> Definition:
@@ -435,6 +576,17 @@ class System:
         if language is None:
             return write(definition.graph, e, *names)
         return write(definition.graph, e, *names, language)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both have the same equations and parameter values."""
+        if not isinstance(other, System):
+            return NotImplemented
+        return dict(self._params) == dict(other._params) and (
+            self._model is other._model or self._identity() == other._identity()
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.state, tuple(self._params.items())))
 
     def __repr__(self) -> str:
         model = self._model
@@ -453,8 +605,17 @@ class System:
         lines.append(f"  slides   by {self.sliding}")
         lines.append(f"  found    {', '.join(model.capabilities) or 'the required members only'}")
         derived = [what for what in ("grad_h", "h_t") if what not in model.capabilities]
-        lines.append(f"  derived  {', '.join([*derived, 'jacobian'])} (automatic differentiation)")
+        lines.append(f"  derived  {', '.join([*derived, 'jacobian'])} ({self._derivatives()})")
         return "\n".join(lines)
+
+    def _derivatives(self) -> str:
+        """How derivatives are found."""
+        functions = self._definition.graph.functions() if self._definition is not None else []
+        if not functions:
+            return "automatic differentiation"
+        if any(has_jacobian for _, has_jacobian in functions):
+            return "Jacobians as given, else differences over five points"
+        return "differences over five points"
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._definition is not None:

@@ -7,52 +7,27 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from . import _core
-from ._check import floats, integer, refuse
+from ._check import integer, refuse
+from ._dataset import dataset
 from ._event import EventKind, mode_changes
+from ._settings import Settings, Stats
+from ._solution import Solution
 from ._status import SUCCESS, Status
+from ._store import Stored
 from ._system import Params, System
 from ._types import FloatOrArray, Floats, Modes, Record
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-_T = TypeVar("_T", bound=np.generic)
-
-__all__ = ["Branches", "Piece", "Settings", "Solution", "Stats", "Trajectory"]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a run was told; the arguments of `simulate`, with one `atol` a component."""
-
-    method: str
-    rtol: float
-    atol: tuple[float, ...]
-    max_step: float
-    first_step: float | None
-    max_steps: int
-    max_events: int
-    on_nonunique: str
-
-
-@dataclass(frozen=True)
-class Stats:
-    """What a run did, counted."""
-
-    steps: int  #: accepted steps
-    rejected: int  #: rejected trial steps
-    field: int  #: evaluations of a one-sided field
-    root_searches: int  #: steps in which events were looked for
-    interpolants: int  #: interpolants built
-    landings: int  #: trial steps taken to land on events
-    events: int  #: events met
+__all__ = ["Branches", "Piece", "Trajectory"]
 
 
 class Piece(NamedTuple):
@@ -63,65 +38,8 @@ class Piece(NamedTuple):
     y: Floats  #: states, shape (dim, k)
 
 
-class Solution:
-    """The solution at any time of a run.
-
-    `sol(t)` has shape (dim,) for a number and (dim, k) for an array. At an event it is the state
-    there, at the end of a step exactly the state of that step.
-    """
-
-    def __init__(self, core: _core.Solution, dim: int, surfaces: int) -> None:
-        self._core = core
-        self._dim = dim
-        self._surfaces = surfaces
-        self.ts: Floats = core.knots()  #: ends of the steps, the start first
-
-    @property
-    def t_min(self) -> float:
-        """Earliest time."""
-        return float(min(self.ts[0], self.ts[-1]))
-
-    @property
-    def t_max(self) -> float:
-        """Latest time."""
-        return float(max(self.ts[0], self.ts[-1]))
-
-    def __call__(self, t: ArrayLike) -> Floats:
-        """State at one time or several."""
-        times = self._times(t)
-        y = self._core.states(times.reshape(-1), self._dim)
-        return y[0] if times.ndim == 0 else y.T
-
-    def mode(self, t: ArrayLike) -> np.int8 | Modes:
-        """Mode at one time or several; at an event the mode before it."""
-        times = self._times(t)
-        return self._each_surface(times, self._core.modes(times.reshape(-1), self._surfaces))
-
-    def s(self, t: ArrayLike) -> FloatOrArray:
-        """Blend variable: the equivalent control in a slide, -1 or +1 off the surface."""
-        times = self._times(t)
-        return self._each_surface(times, self._core.blend(times.reshape(-1), self._surfaces))
-
-    def __repr__(self) -> str:
-        return f"<Solution on [{self.t_min:.9g}, {self.t_max:.9g}], {len(self.ts) - 1} steps>"
-
-    def _times(self, t: ArrayLike) -> Floats:
-        times = floats("t", t, "expected a time or an array of times")
-        if times.ndim > 1:
-            refuse("t", times, f"expected a number or shape (k,), got shape {times.shape}")
-        outside = ~((times >= self.t_min) & (times <= self.t_max))
-        if outside.any():
-            first = times[outside][0] if times.ndim else times[()]
-            refuse("t", first, f"expected a time in [{self.t_min!r}, {self.t_max!r}]")
-        return times
-
-    def _each_surface(self, times: Floats, values: NDArray[_T]) -> _T | NDArray[_T]:
-        each = values[:, 0] if self._surfaces == 1 else values.T
-        return each[..., 0][()] if times.ndim == 0 else each
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(Stored):
     """Result of `simulate`; names as in scipy where scipy has one.
 
     In `mode` and in the event log -1 is h < 0, +1 is h > 0 and 0 is sliding. `events` has one
@@ -153,6 +71,8 @@ class Trajectory:
     system: System  #: what was simulated
     params: Params  #: with these parameter values
     settings: Settings  #: and these settings
+
+    _parts = (Settings, Stats)
 
     @property
     def success(self) -> bool:
@@ -322,6 +242,24 @@ class Trajectory:
 
         return plot_phase(self, ax, bounds, artist_kw)
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give the trajectory as an `xarray.Dataset` with dimensions `t`, `state` and `event`.
+
+        Events are variables `event_t`, `event_kind`, ... A time at which the state jumps occurs
+        twice.
+        """
+        several = self.mode.ndim == 2
+        variables: dict[str, Any] = {
+            "y": (("state", "t"), self.y),
+            "mode": (("surface", "t") if several else "t", self.mode),
+        }
+        inner = {"x_left": "state", "x_right": "state"}
+        for name in self.events.dtype.names or ():
+            column = self.events[name]
+            dims = ("event", inner.get(name, "surface")) if column.ndim == 2 else ("event",)
+            variables[f"event_{name}"] = (dims, column)
+        return dataset(self, variables, {"t": self.t, "state": list(self.system.state)})
+
     def __repr__(self) -> str:
         log = self.events
         kinds = Counter(str(kind) for kind in log["kind"] if kind not in ("start", "end"))
@@ -354,7 +292,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branches(Sequence[Trajectory]):
+class Branches(Stored, Sequence[Trajectory]):
     """Every solution from a start, result of `simulate` with `on_nonunique="all"`.
 
     A sequence of trajectories; each tells by its `choices` where it went another way than others.

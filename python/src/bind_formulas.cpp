@@ -3,6 +3,9 @@
 #include "tape_model.hpp"
 
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
 #include <utility>
 
 namespace filippov::python {
@@ -18,13 +21,14 @@ struct Named {
 };
 constexpr std::array names{
     Named{Op::constant, "constant"}, Named{Op::time, "time"}, Named{Op::state, "state"},
-    Named{Op::param, "param"},       Named{Op::add, "add"},   Named{Op::sub, "sub"},
-    Named{Op::mul, "mul"},           Named{Op::div, "div"},   Named{Op::pow, "pow"},
-    Named{Op::neg, "neg"},           Named{Op::powi, "powi"}, Named{Op::sqrt, "sqrt"},
-    Named{Op::exp, "exp"},           Named{Op::log, "log"},   Named{Op::sin, "sin"},
-    Named{Op::cos, "cos"},           Named{Op::tan, "tan"},   Named{Op::asin, "asin"},
-    Named{Op::atan, "atan"},         Named{Op::sinh, "sinh"}, Named{Op::cosh, "cosh"},
-    Named{Op::tanh, "tanh"},         Named{Op::sign, "sign"}, Named{Op::where, "where"},
+    Named{Op::param, "param"},       Named{Op::call, "call"}, Named{Op::add, "add"},
+    Named{Op::sub, "sub"},           Named{Op::mul, "mul"},   Named{Op::div, "div"},
+    Named{Op::pow, "pow"},           Named{Op::neg, "neg"},   Named{Op::powi, "powi"},
+    Named{Op::sqrt, "sqrt"},         Named{Op::exp, "exp"},   Named{Op::log, "log"},
+    Named{Op::sin, "sin"},           Named{Op::cos, "cos"},   Named{Op::tan, "tan"},
+    Named{Op::asin, "asin"},         Named{Op::atan, "atan"}, Named{Op::sinh, "sinh"},
+    Named{Op::cosh, "cosh"},         Named{Op::tanh, "tanh"}, Named{Op::sign, "sign"},
+    Named{Op::where, "where"},
 };
 const char* name_of(Op op) {
     for (const Named& n : names)
@@ -63,6 +67,7 @@ GraphPointer graph_of(const std::vector<NodeRow>& rows) {
     auto graph = std::make_shared<Graph>();
     for (const auto& [name, a, b, c, index, value] : rows) {
         const Op op = op_of(name);
+        expect(op != Op::call, "functions cannot be written down");
         const std::array<Expr, 3> arg{a, b, c};
         for (int k = 0; k < arity(op); ++k)
             known(*graph, arg[std::size_t(k)]);
@@ -70,6 +75,69 @@ GraphPointer graph_of(const std::vector<NodeRow>& rows) {
         expect(std::size_t(e) + 1 == graph->size(), "nodes of a graph are made once");
     }
     return graph;
+}
+
+/// An object of Python's that C++ holds, in whatever thread it lets go of it.
+std::shared_ptr<py::object> held(py::object object) {
+    return {new py::object(std::move(object)), [](py::object* o) {
+                py::gil_scoped_acquire gil;
+                delete o;
+            }};
+}
+std::shared_ptr<External> external(const std::string& name, int dim, int params, int outputs,
+                                   const std::vector<double>& scale) {
+    auto f = std::make_shared<External>();
+    f->name = name;
+    f->dim = dim;
+    f->params = params;
+    f->outputs = outputs;
+    f->scale = scale;
+    expect(dim >= 1 && params >= 0 && outputs >= 1, "a function has inputs and outputs");
+    expect(scale.size() == std::size_t(f->inputs()), "scale has one entry an input");
+    for (const double size : scale)
+        expect(size > 0 && std::isfinite(size), "a scale is positive");
+    return f;
+}
+External::Function pointer(std::uintptr_t address, const std::shared_ptr<py::object>& owner) {
+    using Pointer = void (*)(double, const double*, const double*, double*);
+    expect(address != 0, "an address is not null");
+    return [f = reinterpret_cast<Pointer>(address),
+            owner](double t, const double* x, const double* p, double* out) { f(t, x, p, out); };
+}
+/// A function of machine code, and its Jacobian's address or 0. `owner` is kept as long as they
+/// are.
+int add_pointer(Graph& graph, const std::string& name, int dim, int params, int outputs,
+                const std::vector<double>& scale, std::uintptr_t address, std::uintptr_t jacobian,
+                py::object owner) {
+    const auto kept = held(std::move(owner));
+    auto f = external(name, dim, params, outputs, scale);
+    f->value = pointer(address, kept);
+    if (jacobian != 0) {
+        auto j = external(name, dim, params, outputs * dim, scale);
+        j->value = pointer(jacobian, kept);
+        f->jacobian = std::move(j);
+    }
+    return graph.add_function(std::move(f));
+}
+/// A function f(t, x, p) of Python's, of a number and two tuples; it returns a sequence.
+int add_callable(Graph& graph, const std::string& name, int dim, int params, int outputs,
+                 const std::vector<double>& scale, py::object function) {
+    auto f = external(name, dim, params, outputs, scale);
+    f->value = [function = held(std::move(function)), dim, params,
+                outputs](double t, const double* x, const double* p, double* out) {
+        py::gil_scoped_acquire gil;
+        const auto tuple_of = [](const double* values, int n) {
+            py::tuple tuple(static_cast<std::size_t>(n));
+            for (int i = 0; i < n; ++i)
+                tuple[static_cast<std::size_t>(i)] = values[i];
+            return tuple;
+        };
+        const py::sequence result = (*function)(t, tuple_of(x, dim), tuple_of(p, params));
+        expect(result.size() == std::size_t(outputs), "a function returns its outputs");
+        for (int i = 0; i < outputs; ++i)
+            out[i] = py::cast<double>(result[static_cast<std::size_t>(i)]);
+    };
+    return graph.add_function(std::move(f));
 }
 
 py::dict define(const GraphPointer& graph, const std::string& name,
@@ -102,11 +170,14 @@ py::dict define(const GraphPointer& graph, const std::string& name,
     facts.name = name;
     facts.state = state;
     const auto tapes = std::make_shared<const TapeProgram>(d, tape_params);
-    static constexpr std::array make{&tape_model<1>, &tape_model<2>, &tape_model<3>,
-                                     &tape_model<4>, &tape_model<5>, &tape_model<6>,
-                                     &tape_model<7>, &tape_model<8>};
-    expect(state.size() >= 1 && state.size() <= make.size(), "one to eight components");
-    const auto model = make[state.size() - 1](facts, tapes);
+    static constexpr std::array make{&tape_model<1>,  &tape_model<2>,
+                                     &tape_model<3>,  &tape_model<4>,
+                                     &tape_model<5>,  &tape_model<6>,
+                                     &tape_model<7>,  &tape_model<8>,
+                                     &tape_model<16>, &tape_model<most_tape_dims>};
+    const std::size_t n = state.size();
+    expect(n >= 1 && n <= std::size_t(most_tape_dims), "not too many components");
+    const auto model = make[n <= 8 ? n - 1 : n <= 16 ? 8 : 9](facts, tapes);
     py::dict result;
     result["model"] = std::const_pointer_cast<Model>(model); // the holder type has no const
     result["h"] = d.h;
@@ -128,8 +199,6 @@ void bind_formulas(py::module_& m) {
         .def("state", &Graph::state)
         .def("param", &Graph::param)
         .def("varies", [](const Graph& g, Expr e) { return g.varies(known(g, e)); })
-        .def("is_constant", [](const Graph& g, Expr e) { return g.is_constant(known(g, e)); })
-        .def("switches", [](const Graph& g, Expr e) { return g.switches(known(g, e)); })
         .def("binary",
              [](Graph& g, const std::string& name, Expr a, Expr b) {
                  known(g, a);
@@ -155,15 +224,18 @@ void bind_formulas(py::module_& m) {
         .def("step", [](Graph& g, Expr a) { return g.step(known(g, a)); })
         .def("where", [](Graph& g, Expr condition, Expr a,
                          Expr b) { return g.where(known(g, condition), known(g, a), known(g, b)); })
-        .def("derivative",
-             [](Graph& g, Expr e, Expr leaf) { return g.derivative(known(g, e), known(g, leaf)); })
-        .def("value",
-             [](const Graph& g, Expr e, double t, const Array<double>& x, const Array<double>& p) {
-                 return g.value(known(g, e), t, view(x), view(p));
-             });
+        .def("add_pointer", &add_pointer)
+        .def("add_callable", &add_callable)
+        .def("call", &Graph::call)
+        .def("functions", [](const Graph& g) {
+            std::vector<std::pair<std::string, bool>>
+                all; // their names, and if they have Jacobians
+            for (const auto& f : g.functions())
+                all.emplace_back(f->name, f->jacobian != nullptr);
+            return all;
+        });
     m.def("define", &define);
     m.attr("most_tape_dims") = most_tape_dims;
-    m.attr("most_tape_surfaces") = most_tape_surfaces;
     m.attr("most_tape_params") = tape_params;
 }
 

@@ -119,10 +119,69 @@ py::tuple simulate(const Model& model, const Doubles& x0, double t0, double t_en
     return py::make_tuple(all, runs.complete);
 }
 
+py::dict pack(const Solution& solution) {
+    PackedSolution s = solution.packed();
+    const auto knots = py::ssize_t(s.t.size()), pieces = py::ssize_t(s.dt.size()),
+               dim = py::ssize_t(s.scale.size());
+    const auto rows = [](auto& column, py::ssize_t n) {
+        const auto width = n == 0 ? 0 : py::ssize_t(column.size()) / n;
+        return as_array(std::move(column), {n, width});
+    };
+    const auto line = [](auto& column) {
+        const auto n = py::ssize_t(column.size());
+        return as_array(std::move(column), {n});
+    };
+    py::dict d;
+    d["params"] = line(s.params);
+    d["scale"] = line(s.scale);
+    d["t"] = line(s.t);
+    d["x"] = rows(s.x, knots);
+    d["mode"] = rows(s.mode, knots);
+    d["period"] = line(s.period);
+    d["t_local"] = line(s.t_local);
+    d["carry"] = line(s.carry);
+    d["dt"] = line(s.dt);
+    d["x0"] = rows(s.x0, pieces);
+    d["polynomial"] = as_array(std::move(s.polynomial), {pieces, py::ssize_t(solution_terms), dim});
+    d["closed_form"] = line(s.closed_form);
+    return d;
+}
+std::shared_ptr<Solution> unpack(const Model& model, const py::dict& d) {
+    const auto column = [&]<class T>(const char* name, T) {
+        const auto values = py::cast<Array<T>>(d[name]);
+        return std::vector<T>(values.data(), values.data() + values.size());
+    };
+    PackedSolution s;
+    s.params = column("params", 0.0);
+    s.scale = column("scale", 0.0);
+    s.t = column("t", 0.0);
+    s.x = column("x", 0.0);
+    s.mode = column("mode", static_cast<signed char>(0));
+    s.period = column("period", 0LL);
+    s.t_local = column("t_local", 0.0);
+    s.carry = column("carry", 0.0);
+    s.dt = column("dt", 0.0);
+    s.x0 = column("x0", 0.0);
+    s.polynomial = column("polynomial", 0.0);
+    s.closed_form = column("closed_form", static_cast<signed char>(0));
+    const Facts& facts = model.facts();
+    const auto dim = std::size_t(facts.dim), knots = s.t.size(), pieces = s.dt.size();
+    expect(
+        s.params.size() == facts.params.size() && s.scale.size() == dim && knots >= 1 &&
+            (pieces == 0 || pieces + 1 == knots) && s.x.size() == knots * dim &&
+            s.mode.size() == knots * std::size_t(facts.surfaces) && s.period.size() == pieces &&
+            s.t_local.size() == pieces && s.carry.size() == pieces && s.x0.size() == pieces * dim &&
+            s.polynomial.size() == pieces * dim * solution_terms && s.closed_form.size() == pieces,
+        "the columns of a solution fit together");
+    return std::const_pointer_cast<Solution>(model.solution(s)); // the holder type has no const
+}
+
 } // namespace
 
 void bind_trajectory(py::module_& m) {
     py::class_<Solution, std::shared_ptr<Solution>>(m, "Solution")
+        .def("pack", &pack)
+        .def_static("unpack", &unpack)
         .def("knots",
              [](const Solution& s) {
                  const std::span<const double> t = s.knots();

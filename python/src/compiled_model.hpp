@@ -24,13 +24,14 @@ public:
     Trajectory<Sys, double> trajectory;
 
     DenseSolution(const Sys& sys, const Params<Sys, double>& p, const X& scale)
-        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale}, m_(surface_count(sys)) {}
+        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale}, n_(component_count(sys)),
+          m_(surface_count(sys)) {}
 
     std::span<const double> knots() const override { return trajectory.t; }
     void states(std::span<const double> times, std::span<double> out) const override {
         for (std::size_t k = 0; k < times.size(); ++k) {
             const X x = state(times[k]);
-            std::copy_n(x.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+            std::copy_n(x.data(), n_, out.begin() + std::ptrdiff_t(k) * n_);
         }
     }
     void modes(std::span<const double> times, std::span<signed char> out) const override {
@@ -58,6 +59,63 @@ public:
         }
     }
 
+    PackedSolution packed() const override {
+        PackedSolution all;
+        const auto append = [&](std::vector<double>& column, const X& x) {
+            column.insert(column.end(), x.begin(), x.begin() + n_);
+        };
+        all.params.assign(trajectory.p.begin(),
+                          trajectory.p.begin() + given_params(trajectory.sys));
+        append(all.scale, trajectory.scale);
+        all.t = trajectory.t;
+        for (const X& x : trajectory.x)
+            append(all.x, x);
+        for (const Mode<M>& mode : trajectory.mode)
+            all.mode.insert(all.mode.end(), mode.side.begin(), mode.side.begin() + m_);
+        for (const auto& piece : trajectory.pieces) {
+            all.period.push_back(piece.clock.index);
+            all.t_local.push_back(piece.clock.local);
+            all.carry.push_back(piece.clock.carry);
+            all.dt.push_back(piece.dt);
+            append(all.x0, piece.x0);
+            for (const X& c : piece.polynomial.c)
+                append(all.polynomial, c);
+            all.closed_form.push_back(piece.closed_form);
+        }
+        return all;
+    }
+    static std::shared_ptr<const Solution> of(const Sys& sys, const PackedSolution& all) {
+        const int n = component_count(sys), m = surface_count(sys);
+        const auto vector = [n](const std::vector<double>& column, std::size_t row,
+                                double rest = 0.0) {
+            return padded<N>(std::span(column).subspan(row * std::size_t(n)), n, rest);
+        };
+        const auto p = all_params<double>(sys, all.params);
+        auto made = std::make_shared<DenseSolution>(sys, p, vector(all.scale, 0, 1.0));
+        Trajectory<Sys, double>& kept = made->trajectory;
+        kept.t = all.t;
+        for (std::size_t k = 0; k < all.t.size(); ++k) {
+            kept.x.push_back(vector(all.x, k));
+            Mode<M> mode;
+            for (int j = 0; j < M; ++j)
+                mode.set(j, j < m ? all.mode[k * std::size_t(m) + std::size_t(j)] : 1);
+            kept.mode.push_back(mode);
+        }
+        for (std::size_t k = 0; k < all.dt.size(); ++k) {
+            DensePiece<double, N, M> piece{
+                {filippov::period(sys, p), all.period[k], all.t_local[k], all.carry[k]},
+                all.dt[k],
+                vector(all.x0, k),
+                kept.mode[k + 1],
+                {},
+                all.closed_form[k] != 0};
+            for (std::size_t i = 0; i < solution_terms; ++i)
+                piece.polynomial.c[i] = vector(all.polynomial, k * solution_terms + i);
+            kept.pieces.push_back(piece);
+        }
+        return made;
+    }
+
 private:
     X state(double time) const {
         if (const auto k = knot(time))
@@ -80,7 +138,7 @@ private:
         return std::size_t(found - t.begin());
     }
 
-    const int m_; ///< surfaces
+    const int n_, m_; ///< components, surfaces
 };
 
 /// Observer that keeps what the task asks for.
@@ -92,7 +150,7 @@ public:
     using X = Vec<double, N>;
 
     Keeper(const Sys& sys, const Params<Sys, double>& p, const Task& task, const X& scale)
-        : task_(task), m_(std::size_t(surface_count(sys))),
+        : task_(task), n_(component_count(sys)), m_(std::size_t(surface_count(sys))),
           scratch_(std::make_shared<DenseSolution<Sys>>(sys, p, scale)) {
         if (task.dense)
             solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
@@ -111,8 +169,8 @@ public:
         log.s.push_back(event.s);
         log.contacts.push_back(event.contacts);
         log.alternatives.push_back(event.alternatives);
-        log.x_left.insert(log.x_left.end(), event.x_left.begin(), event.x_left.end());
-        log.x_right.insert(log.x_right.end(), event.x_right.begin(), event.x_right.end());
+        append(log.x_left, event.x_left);
+        append(log.x_right, event.x_right);
         append(log.mode_before, event.mode_before);
         append(log.mode_after, event.mode_after);
     }
@@ -179,7 +237,7 @@ private:
     void keep_moved(const Clock<double>& clock, double t, const Vec<double, N>& x,
                     const Mode<M>& mode) {
         const auto moved = [&](const double* last) {
-            return !std::equal(x.begin(), x.end(), last);
+            return !std::equal(x.begin(), x.begin() + n_, last);
         };
         if (solution_ && moved(solution_->trajectory.x.back().data())) {
             auto& kept = solution_->trajectory;
@@ -189,15 +247,18 @@ private:
             kept.pieces.push_back(resting_piece(clock, x, mode));
         }
         if (!task_.t_eval && !run_.x.empty() &&
-            moved(run_.x.data() + run_.x.size() - std::size_t(N)))
+            moved(run_.x.data() + run_.x.size() - std::size_t(n_)))
             keep(t, x, mode);
+    }
+    void append(std::vector<double>& column, const X& x) const {
+        column.insert(column.end(), x.begin(), x.begin() + n_);
     }
     void append(std::vector<signed char>& column, const Mode<M>& mode) const {
         column.insert(column.end(), mode.side.begin(), mode.side.begin() + std::ptrdiff_t(m_));
     }
     void keep(double t, const X& x, const Mode<M>& mode) {
         run_.t.push_back(t);
-        run_.x.insert(run_.x.end(), x.begin(), x.end());
+        append(run_.x, x);
         append(run_.mode, mode);
     }
     void advance_times() {
@@ -248,6 +309,7 @@ private:
     }
 
     const Task& task_;
+    const int n_;         ///< components
     const std::size_t m_; ///< surfaces
     std::shared_ptr<DenseSolution<Sys>> solution_, scratch_;
     std::optional<double> next_time_;
@@ -285,7 +347,7 @@ public:
     CompiledModel(std::string name, Sys sys, std::vector<std::string> state)
         : sys_(std::move(sys)) {
         facts_.name = std::move(name);
-        facts_.dim = N;
+        facts_.dim = component_count(sys_);
         facts_.surfaces = surface_count(sys_);
         facts_.state = std::move(state);
         facts_.params = param_names(sys_);
@@ -301,8 +363,8 @@ public:
         found(HasField<Sys, double>, "field");
         found(HasRegions<Sys, double>, "region");
         found(selection_v<Sys> == Selection::moments, "moments");
-        found(HasGradH<Sys, double>, "grad_h");
-        found(HasHt<Sys, double>, "h_t");
+        found(HasGradH<Sys, double> || HasGradients<Sys, double>, "grad_h");
+        found(HasHt<Sys, double> || HasGradients<Sys, double>, "h_t");
         found(HasEquivalentControl<Sys, double>, "equivalent_control");
         found(slides_in_closed_form<double>(sys_), "sliding_flow");
         found(is_forced<double>(sys_), "period");
@@ -328,7 +390,7 @@ public:
         const Mode<M> mode = mode_of(side);
         each(t, x, [&](std::size_t k, double time, const X& y) {
             const X f = mode_field(sys_, mode, time, y, q);
-            std::copy_n(f.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+            std::copy_n(f.data(), facts_.dim, out.begin() + std::ptrdiff_t(k) * facts_.dim);
         });
     }
     void jacobian(std::span<const double> t, std::span<const double> x, std::span<const int> side,
@@ -340,9 +402,10 @@ public:
                 return mode_field(sys_, mode, tau, z, r);
             };
             const Mat<double, N, N> J = filippov::jacobian(f, time, y, q);
-            for (int r = 0; r < N; ++r)
-                for (int c = 0; c < N; ++c)
-                    out[k * std::size_t(N * N) + std::size_t(r * N + c)] = J(r, c);
+            const int n = facts_.dim;
+            for (int r = 0; r < n; ++r)
+                for (int c = 0; c < n; ++c)
+                    out[k * std::size_t(n * n) + std::size_t(r * n + c)] = J(r, c);
         });
     }
     void normal_components(std::span<const double> t, std::span<const double> x, int surface,
@@ -361,7 +424,7 @@ public:
         const P q = params(p);
         each(t, x, [&](std::size_t k, double time, const X& y) {
             const X z = filippov::project(sys_, surface, time, y, q, X(X::Ones()));
-            std::copy_n(z.data(), N, out.begin() + std::ptrdiff_t(k) * N);
+            std::copy_n(z.data(), facts_.dim, out.begin() + std::ptrdiff_t(k) * facts_.dim);
         });
     }
 
@@ -369,6 +432,10 @@ public:
         // Also without any watches: one more engine compiled for that case would save half a
         // percent of a run.
         return run(task, Watches{task.watches, {}});
+    }
+
+    std::shared_ptr<const Solution> solution(const PackedSolution& packed) const override {
+        return DenseSolution<Sys>::of(sys_, packed);
     }
 
     Runs simulate_all(const Task& task, int most) const override {
@@ -424,24 +491,26 @@ private:
         d.chains = task.chains;
         d.skip_repeats = task.skip_repeats;
         d.parallel = task.parallel;
-        X x0;
-        std::copy_n(task.x0.begin(), N, x0.data());
+        const X x0 = padded<N>(task.x0, facts_.dim);
         return columns(bifurcation_diagram<Tableau>(sys_, std::span<const P>(all), x0, d));
     }
-    static DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) {
+    DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) const {
         DiagramColumns c;
+        const auto append = [&](std::vector<double>& column, const X& x) {
+            column.insert(column.end(), x.begin(), x.begin() + facts_.dim);
+        };
         for (std::size_t i = 0; i < values.size(); ++i) {
             for (const DiagramPoint<double, N>& point : values[i].points) {
                 c.value.push_back(static_cast<long long>(i));
                 c.period.push_back(point.period);
                 c.t_local.push_back(point.t_local);
-                c.x.insert(c.x.end(), point.x.begin(), point.x.end());
+                append(c.x, point.x);
                 c.kind.push_back(static_cast<int>(point.kind));
                 c.surface.push_back(point.surface);
                 c.boundary.push_back(static_cast<signed char>(point.boundary));
             }
             c.forcing.push_back(values[i].period);
-            c.x_end.insert(c.x_end.end(), values[i].x_end.begin(), values[i].x_end.end());
+            append(c.x_end, values[i].x_end);
             c.cycle.push_back(values[i].cycle);
             c.skipped.push_back(values[i].skipped);
             c.status.emplace_back(name(values[i].status));
@@ -450,12 +519,10 @@ private:
         }
         return c;
     }
-    static Settings<double, N> settings_of(const RunSettings& run) {
+    Settings<double, N> settings_of(const RunSettings& run) const {
         Settings<double, N> settings;
-        X atol;
-        std::copy_n(run.atol.begin(), N, atol.data());
         settings.rtol = run.rtol;
-        settings.atol = atol;
+        settings.atol = padded<N>(run.atol, facts_.dim, 1.0);
         settings.max_step = run.max_step;
         settings.first_step = run.first_step;
         settings.max_steps = run.max_steps;
@@ -471,10 +538,10 @@ private:
         return mode;
     }
     template <class Use>
-    static void each(std::span<const double> t, std::span<const double> x, Use use) {
-        for (std::size_t k = 0; k < x.size() / std::size_t(N); ++k) {
-            X y;
-            std::copy_n(x.begin() + std::ptrdiff_t(k) * N, N, y.data());
+    void each(std::span<const double> t, std::span<const double> x, Use use) const {
+        const auto n = std::size_t(facts_.dim);
+        for (std::size_t k = 0; k < x.size() / n; ++k) {
+            const X y = padded<N>(x.subspan(k * n, n), facts_.dim);
             use(k, t.size() == 1 ? t[0] : t[k], y);
         }
     }
@@ -487,8 +554,8 @@ private:
     template <class Tableau, class Sec, class... Scripts>
     Run run(const Task& task, const Sec& watched, Scripts&... script) const {
         const Settings<double, N> settings = settings_of(task);
-        X x0, scale;
-        std::copy_n(task.x0.begin(), N, x0.data());
+        const X x0 = padded<N>(task.x0, facts_.dim);
+        X scale;
         for (int i = 0; i < N; ++i)
             scale[i] = std::max(settings.atol[i] + task.rtol * std::abs(x0[i]),
                                 std::numeric_limits<double>::min() / epsilon<double>);

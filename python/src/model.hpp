@@ -95,6 +95,23 @@ struct DiagramColumns {
     Counters counters; ///< of all runs
 };
 
+/// Terms of the polynomial of a piece, unused ones included.
+inline constexpr std::size_t solution_terms = 8;
+
+/// A solution in numbers, from which its model makes it again.
+struct PackedSolution {
+    std::vector<double> params, scale; ///< scale: dim values
+    // one entry, or row, a knot
+    std::vector<double> t, x;
+    std::vector<signed char> mode;
+    // one entry, or row, a piece, which is what is between two knots
+    std::vector<long long> period;      ///< the clock at its start: index of the period,
+    std::vector<double> t_local, carry; ///< time in it, and what that lacks
+    std::vector<double> dt, x0;
+    std::vector<double> polynomial; ///< solution_terms rows of dim values
+    std::vector<signed char> closed_form;
+};
+
 /// A run's solution at any time in its span.
 class Solution {
 public:
@@ -112,6 +129,7 @@ public:
     /// Blend variables, shape (times, surfaces): the equivalent control where the mode slides, the
     /// side's -1 or +1 elsewhere.
     virtual void blend(std::span<const double> times, std::span<double> out) const = 0;
+    virtual PackedSolution packed() const = 0;
 };
 
 /// The event log, one column a field.
@@ -176,6 +194,8 @@ public:
                          std::span<const double> p, std::span<double> out) const = 0;
     /// Follows the solution. Exceptions of watches and of `interrupted` pass through.
     virtual Run simulate(const Task& task) const = 0;
+    /// The solution again that was packed; its columns fit together.
+    virtual std::shared_ptr<const Solution> solution(const PackedSolution& packed) const = 0;
     /// Follows every solution, `most` at most.
     virtual Runs simulate_all(const Task& task, int most) const = 0;
     /// For maps, orbits and bifurcations.

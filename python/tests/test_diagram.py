@@ -230,10 +230,13 @@ def altered(path, out, **changes):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"version": 99}, "its format has version 99, expected version 1"),
-        ({"class": "Nonsense"}, "it holds a Nonsense, expected one of .*Diagram"),
+        ({"version": 99}, "its format has version 99, expected version 2"),
+        (
+            {"content": {"class": "Nonsense", "fields": {}}},
+            "it holds a Nonsense, expected one of .*Diagram",
+        ),
         ({"format": "other"}, "expected a file written by"),
-        ({"content": {}}, "its Diagram is incomplete"),
+        ({"content": {"class": "Diagram", "fields": {}}}, "its Diagram is incomplete"),
     ],
 )
 def test_load_refuses_other_formats(diagram, tmp_path, changes, words):

@@ -148,7 +148,7 @@ def test_xarray(one):
     pytest.importorskip("xarray")
     data = one.to_xarray()
     assert data["value"].dims == ("sample",)
-    assert data.attrs["params.omega"] == 2.94
+    assert data.attrs["omega"] == 2.94
 
 
 @pytest.mark.parametrize(

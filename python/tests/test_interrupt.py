@@ -2,6 +2,7 @@
 """Ctrl-C stops the compiled loop, threads go on beside it."""
 
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -107,3 +108,90 @@ def test_threads_get_the_same_answer():
     for thread in threads:
         thread.join()
     assert len({tuple(y) for y in results.values()}) == 1
+
+
+OWN = """
+import numpy as np
+
+@fp.system(state="y v", params={"A": 3.6, "omega": 1.067}, period=lambda p: 2 * np.pi / p.omega)
+def block(t, s, p):
+    u = 1 - s.v
+    mu = 0.3 / (1 + 1.42 * abs(u)) + 0.1 + 0.01 * u**2
+    return s.v, -s.y + p.A * np.cos(p.omega * t) + 10 * mu * np.sign(u)
+
+"""
+KEPT = """
+print("ready", flush=True)
+try:
+    {call}
+except KeyboardInterrupt as stop:
+    assert {kept}, stop.args
+    sys.exit(7)
+"""
+GRID = "{'y': (-4, 4, 3000), 'v': (-3, 4, 2999)}"
+LONG = {
+    "simulate": (
+        "fp.simulate(block, [0, 0], (0, 1e9), t_eval=[0.0], dense_output=False, max_steps=10**15,"
+        " max_events=10**9)",
+        "stop.trajectory.t[-1] > 0",
+    ),
+    "ensemble": (
+        "fp.ensemble(block, np.zeros((2, 4000)), (0, 1e5))",
+        "(stop.ensemble.status == 'interrupted').any()",
+    ),
+    "cell_map": (f"fp.cell_map(block, {GRID})", "stop.cell_map.unresolved_basin > 0"),
+    "basins": (f"fp.basins(block, {GRID})", "(stop.basins.label == 0).any()"),
+    "lyapunov": (
+        "fp.lyapunov(block, transient=0, window=1e8)",
+        "stop.lyapunov.status == 'interrupted'",
+    ),
+    "bifurcation_diagram": (
+        "fp.bifurcation_diagram(block, A=np.linspace(3, 5, 10**4), keep=10**4, skip_repeats=False)",
+        "not stop.diagram.success",
+    ),
+}
+
+
+@pytest.mark.parametrize("call", LONG)
+def test_ctrl_c_stops_a_system_of_ones_own(ctrl_c, call):
+    line, kept = LONG[call]
+    ctrl_c(OWN + KEPT.format(call=line, kept=kept), pause=0.5)
+
+
+@pytest.mark.parametrize("call", ["simulate", "ensemble"])
+def test_ctrl_c_stops_python_functions(ctrl_c, call):
+    side = "lambda t, s, p: (s.v, -s.y + np.cos(t) {sign} 0.4)"
+    fields = ", ".join(
+        f"{key!r}: {side.format(sign=sign)}" for key, sign in zip("-+", "+-", strict=True)
+    )
+    slow = (
+        "import warnings; warnings.simplefilter('ignore'); import numpy as np\n"
+        f"block = fp.System.from_callables('y v', fields={{{fields}}}, switch='v')\n"
+    )
+    ctrl_c(slow + KEPT.format(call=LONG[call][0], kept="True"), pause=0.5)
+
+
+def test_ctrl_c_stops_the_command_line(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", LISTEN_CLI, "diagram", "oscillator", "--over", "omega=2:3:100000"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as child:
+        time.sleep(2.5)
+        assert child.poll() is None, child.stderr.read()
+        sent = time.perf_counter()
+        child.send_signal(signal.SIGINT)
+        assert child.wait(timeout=10) != 0
+        assert time.perf_counter() - sent < SOON
+        assert "Traceback" not in child.stderr.read()
+
+
+# A shell starts what runs in its background with Ctrl-C ignored, and children inherit that.
+LISTEN_CLI = """
+import signal
+import subprocess
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from filippov._cli import main
+raise SystemExit(main())
+"""

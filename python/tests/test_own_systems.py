@@ -259,3 +259,81 @@ def test_p16_what_a_user_typed():
     assert times(result, "enter_sliding", "exit_sliding") == pytest.approx(
         [0.467253, 2.163577, 6.581930, 9.078314, 13.847282, 16.353385], abs=1e-6
     )
+
+
+# --- many components ------------------------------------------------------------------------------
+
+
+def chain(n, V=0.4):
+    """Blocks of mass 1 on one belt, each joined to the next and to a wall: P13 for any number."""
+
+    @fp.system(state=[f"{name}{k}" for k in range(n) for name in "yv"], params={"V": V})
+    def blocks(t, s, p):
+        y, v = s[0::2], s[1::2]
+        rates = []
+        for k in range(n):
+            neighbours = [y[j] - y[k] for j in (k - 1, k + 1) if 0 <= j < n]
+            # friction under the first one only, the others are damped
+            push = 0.4 * np.sign(p.V - v[0]) if k == 0 else -0.2 * v[k]
+            rates += [v[k], -y[k] + sum(neighbours) + push]
+        return tuple(rates)
+
+    return blocks
+
+
+@pytest.mark.parametrize("n", [5, 8, 9, 16])  # 10, 16, 18 and 32 components
+def test_more_components_than_are_compiled(n):
+    many = chain(n)
+    assert many.dim == 2 * n
+    start = np.zeros(2 * n)
+    start[0] = 0.3
+    run = fp.simulate(many, start, (0, 30), method="dop853", rtol=1e-10, atol=1e-10)
+    assert run.success
+    assert run.y.shape[0] == 2 * n
+    assert run.events.dtype["x_right"].shape == (2 * n,)
+    # the same as another method, and as an ensemble of one
+    other = fp.simulate(many, start, (0, 30), rtol=1e-10, atol=1e-10)
+    assert run.y[:, -1] == pytest.approx(other.y[:, -1], abs=1e-7)
+    crowd = fp.ensemble(many, np.column_stack([start, start]), (0, 30), rtol=1e-10, atol=1e-10)
+    assert crowd.y[:, 1] == pytest.approx(run.y[:, -1], abs=1e-7)
+    # linear sides: their Jacobian is exact, and has no rows of padding
+    J = many.jacobian(0.0, start, 1)
+    assert J.shape == (2 * n, 2 * n)
+    step = 0.5 * np.arange(2 * n)
+    moved = many.field(0.0, start + step, 1) - many.field(0.0, start, 1)
+    assert J @ step == pytest.approx(moved, abs=1e-12)
+
+
+def test_an_orbit_of_many_components():
+    n = 5
+
+    @fp.system(
+        state=[f"{name}{k}" for k in range(n) for name in "yv"],
+        params={"A": 2.0, "w": 0.9, "V": 0.4},
+        period=lambda p: 2 * np.pi / p.w,
+    )
+    def driven(t, s, p):
+        y, v = s[0::2], s[1::2]
+        rates = []
+        for k in range(n):
+            pull = sum(y[j] - y[k] for j in (k - 1, k + 1) if 0 <= j < n)
+            push = p.A * np.cos(p.w * t) + 0.4 * np.sign(p.V - v[0]) if k == 0 else 0.0
+            rates += [v[k], -y[k] + pull - 0.2 * v[k] + push]
+        return tuple(rates)
+
+    orbit = fp.periodic_orbit(driven)
+    assert orbit.success, orbit.message
+    assert orbit.monodromy.shape == (2 * n, 2 * n)
+    assert orbit.multipliers.size == 2 * n
+    assert orbit.stable
+    assert (np.abs(orbit.multipliers) < 1).all()  # none of padding, which would be 1
+    run = orbit.trajectory(rtol=1e-11, atol=1e-12)
+    assert run.y[:, -1] == pytest.approx(orbit.x0, abs=1e-8)
+    # the derivative of the map, by differences
+    T = orbit.period
+    moved = orbit.x0 + 1e-6 * np.eye(2 * n)[3]
+    ends = [
+        fp.simulate(driven, x, (0, T), method="dop853", rtol=1e-12, atol=1e-12).y[:, -1]
+        for x in (moved, orbit.x0)
+    ]
+    assert (ends[0] - ends[1]) / 1e-6 == pytest.approx(orbit.monodromy[:, 3], abs=1e-4)

@@ -41,7 +41,7 @@ py::capsule capsule_of(filippov::python::LanesPointer pointer) {
 
 } // namespace
 
-PYBIND11_MODULE(FILIPPOV_LANES_MODULE, m) {
+PYBIND11_MODULE(FILIPPOV_LANES_MODULE, m, py::mod_gil_not_used()) {
     m.attr("width") = filippov::native_lanes;
     namespace fpy = filippov::python;
     m.def("lanes", [](const std::string& name, const py::capsule& scalar) {

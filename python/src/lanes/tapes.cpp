@@ -3,6 +3,7 @@
 
 #include <filippov/tape_system.hpp>
 
+#include <array>
 #include <stdexcept>
 
 namespace filippov::python {
@@ -19,26 +20,11 @@ template <int N> LanesPointer lanes_of(const TapesPointer& tapes, const ScalarPo
 } // namespace
 
 LanesPointer tape_lanes(int dim, const TapesPointer& tapes, const ScalarPointer& scalar) {
-    switch (dim) {
-    case 1:
-        return lanes_of<1>(tapes, scalar);
-    case 2:
-        return lanes_of<2>(tapes, scalar);
-    case 3:
-        return lanes_of<3>(tapes, scalar);
-    case 4:
-        return lanes_of<4>(tapes, scalar);
-    case 5:
-        return lanes_of<5>(tapes, scalar);
-    case 6:
-        return lanes_of<6>(tapes, scalar);
-    case 7:
-        return lanes_of<7>(tapes, scalar);
-    case 8:
-        return lanes_of<8>(tapes, scalar);
-    default:
+    static constexpr std::array make{&lanes_of<1>, &lanes_of<2>, &lanes_of<3>, &lanes_of<4>,
+                                     &lanes_of<5>, &lanes_of<6>, &lanes_of<7>, &lanes_of<8>};
+    if (dim < 1 || std::size_t(dim) > make.size())
         throw std::invalid_argument("filippov: no lanes of so many components");
-    }
+    return make[std::size_t(dim - 1)](tapes, scalar);
 }
 
 } // namespace filippov::python

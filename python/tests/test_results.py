@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What every result can: be drawn, saved, pickled, and given as a dataset."""
+
+import dataclasses
+import json
+import pickle
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+import filippov as fp
+
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+
+BLOCK = fp.models.oscillator
+BOX = {"y": (-3.0, 3.0), "v": (-1.1, 3.0)}
+GRID = {name: (*ends, 12) for name, ends in BOX.items()}
+DRIVEN = {"A": 5.0, "omega": 2.5}
+
+
+@fp.system(state="x v", params={"F": 0.4, "w": 0.7}, period=lambda p: 2 * np.pi / p.w)
+def typed(t, s, p):
+    return s.v, -s.x + np.cos(p.w * t) - p.F * np.sign(s.v - 0.5)
+
+
+def orbit():
+    return fp.periodic_orbit(BLOCK, params=DRIVEN)
+
+
+def branch():
+    return fp.continuation(orbit(), "omega", (2.2, 2.6))
+
+
+def picture():
+    return fp.basins(BLOCK, GRID)
+
+
+def map_with_saddle():
+    basins = fp.basins(
+        fp.models.oscillator.with_params(A=3.6, omega=1.067), {"y": (-4, 4, 40), "v": (-3, 4, 41)}
+    )
+    return fp.unstable_set(BLOCK.with_params(A=3.6, omega=1.067), basins.saddles[0], basins.grid)
+
+
+MADE = {
+    "trajectory": lambda: fp.simulate(BLOCK, [0, 0], (0, 30)),
+    "trajectory of 8th order": lambda: fp.simulate(BLOCK, [0, 0], (0, 30), method="dop853"),
+    "trajectory without dense output": lambda: fp.simulate(
+        BLOCK, [0, 0], (0, 5), dense_output=False, t_eval=[1, 2]
+    ),
+    "trajectory of one's own system": lambda: fp.simulate(
+        typed.with_params(F=0.3), [1, 0], (0, 30), events=lambda t, y: y[0]
+    ),
+    "trajectory with jumps": lambda: fp.simulate(fp.models.bouncing_ball, [1, 0], (0, 1.2)),
+    "trajectory on several surfaces": lambda: fp.simulate(
+        fp.models.two_blocks, [1, 0.5, 0, 0], (0, 10)
+    ),
+    "trajectory that stopped": lambda: fp.simulate(BLOCK, [0, 0], (0, 30), max_steps=20),
+    "solutions": lambda: fp.simulate(
+        fp.models.sign_plane, [0, 0], (0, 1), on_nonunique="all"
+    ),
+    "ensemble": lambda: fp.ensemble(
+        typed, np.zeros((2, 3)), (0, 5), params={"F": np.array([0.1, 0.2, 0.3])}
+    ),
+    "event map": lambda: fp.event_map(BLOCK, params=DRIVEN, samples=64),
+    "diagram": lambda: fp.bifurcation_diagram(typed, w=[0.6, 0.7], transient=5, keep=10),
+    "orbit": orbit,
+    "orbit that is none": lambda: fp.periodic_orbit(fp.models.relay, [1, 1, 1], window=1.0),
+    "branch": branch,
+    "cell map": lambda: fp.cell_map(BLOCK, GRID),
+    "basins": picture,
+    "region": lambda: fp.sliding_region(BLOCK, 0.3, bounds=BOX),
+    "boundary of the region": lambda: fp.sliding_boundaries(
+        BLOCK, bounds={"y": (-9, 9), "v": (0, 2)}
+    )[0],
+    "exponents": lambda: fp.lyapunov(BLOCK, transient=5, window=20),
+    "images": lambda: fp.strobe_map(BLOCK, np.zeros((2, 3)), wrt="A"),
+    "image": lambda: fp.section_map(BLOCK, [0, 0]),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made():
+    known = {}
+
+    def make(name):
+        if name not in known:
+            known[name] = MADE[name]()
+        return known[name]
+
+    return make
+
+
+def assert_equal(a, b, where="result"):
+    """Equal in every field, to the bit."""
+    assert type(a) is type(b), where
+    if isinstance(a, np.ndarray):
+        assert a.dtype == b.dtype, where
+        for name in a.dtype.names or ():
+            assert_equal(a[name], b[name], f"{where}[{name!r}]")
+        if a.dtype.names is None:
+            np.testing.assert_array_equal(a, b, err_msg=where)
+    elif isinstance(a, fp.System):
+        assert a.name == b.name
+        assert dict(a.params) == dict(b.params)
+        assert repr(a) == repr(b)
+    elif isinstance(a, fp.Solution):
+        t = np.linspace(a.t_min, a.t_max, 301)
+        assert_equal(a.ts, b.ts, f"{where}.ts")
+        assert_equal(a(t), b(t), f"{where}(t)")
+        assert_equal(a.mode(t), b.mode(t), f"{where}.mode")
+        assert_equal(a.s(t), b.s(t), f"{where}.s")
+    elif dataclasses.is_dataclass(a):
+        for field in dataclasses.fields(a):
+            name = field.name
+            assert_equal(getattr(a, name), getattr(b, name), f"{where}.{name}")
+    elif isinstance(a, (tuple, list)):
+        assert len(a) == len(b), where
+        for k, (v, w) in enumerate(zip(a, b, strict=True)):
+            assert_equal(v, w, f"{where}[{k}]")
+    elif isinstance(a, Mapping):
+        assert list(a) == list(b), where
+        for key in a:
+            assert_equal(a[key], b[key], f"{where}[{key!r}]")
+    else:
+        assert a == b or (a != a and b != b), where
+
+
+@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("suffix", [".npz", ".zarr"])
+def test_saved_and_loaded(made, tmp_path, name, suffix):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
+    result = made(name)
+    result.save(tmp_path / f"result{suffix}")
+    assert_equal(result, fp.load(tmp_path / f"result{suffix}"))
+    assert [path.name for path in tmp_path.iterdir()] == [f"result{suffix}"]
+    result.save(tmp_path / f"result{suffix}")  # in its place
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_pickled(made, name):
+    assert_equal(made(name), pickle.loads(pickle.dumps(made(name))))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_as_a_dataset(made, name):
+    xarray = pytest.importorskip("xarray")
+    result = made(name)
+    for each in result if isinstance(result, fp.Branches) else [result]:
+        data = each.to_xarray()
+        assert isinstance(data, xarray.Dataset)
+        assert data.attrs["filippov"] == fp.__version__
+        assert data.attrs["system"] == each.system.name
+        # what a NetCDF file can hold
+        for value in data.attrs.values():
+            assert isinstance(value, (int, float, str, list, np.generic)), value
+        for variable in data.variables.values():
+            assert variable.dtype.kind in "fiubUc", variable
+
+
+@pytest.mark.parametrize("name", [name for name in MADE if "image" not in name])
+def test_drawn_on_axes_that_are_given(made, name):
+    result = made(name)
+    if isinstance(result, fp.Orbit) and not result.success:
+        pytest.skip("there is nothing to draw")
+    before = dict(matplotlib.rcParams)
+    figure, (ax, other) = plt.subplots(1, 2)
+    try:
+        artists = result.plot(ax)
+        assert artists
+        for artist in artists:
+            assert artist.axes is ax
+        assert not other.has_data()
+        assert ax.get_xlabel()
+        assert dict(matplotlib.rcParams) == before
+    finally:
+        plt.close(figure)
+
+
+def test_a_file_tells_what_it_holds(made, tmp_path):
+    fp.simulate(typed.with_params(F=0.3), [1, 0], (0, 30)).save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as file:
+        meta = json.loads(str(file["__filippov__"]))
+        assert file["y"].shape[0] == 2
+    assert meta["filippov"] == fp.__version__
+    (system,) = meta["systems"]
+    assert system["params"]["F"] == 0.3
+    assert system["formulas"]["state"] == ["x", "v"]
+    assert meta["content"]["fields"]["settings"]["fields"]["rtol"] == 1e-8
+    # and runs on from there
+    run = fp.load(tmp_path / "run.npz")
+    again = fp.simulate(run.system, run.y[:, 0], (0, 30))
+    np.testing.assert_array_equal(again.y, run.y)
+
+
+def test_zarr_is_read_by_zarr(made, tmp_path):
+    zarr = pytest.importorskip("zarr")
+    run = made("trajectory")
+    run.save(tmp_path / "run.zarr")
+    group = zarr.open_group(tmp_path / "run.zarr", mode="r")
+    np.testing.assert_array_equal(group["y"][...], run.y)
+    np.testing.assert_array_equal(group["events.t"][...], run.events["t"])
+    words = group["events.kind"].attrs["words"]
+    assert [words[k] for k in group["events.kind"][...]] == run.events["kind"].tolist()
+
+
+def test_multipliers_are_drawn_with_the_unit_circle(made):
+    for result in (made("orbit"), made("branch")):
+        figure, ax = plt.subplots()
+        circle, *points = result.plot_multipliers(ax)
+        x, y = circle.get_data()
+        np.testing.assert_allclose(np.hypot(x, y), 1.0)
+        drawn = sum(p.get_xdata().size for p in points)
+        assert drawn == result.multipliers.size
+        plt.close(figure)
+
+
+def test_the_cobweb_is_the_iterates(made):
+    graph = made("event map")
+    figure, ax = plt.subplots()
+    artists = graph.plot(ax, cobweb=1.0, iterations=5)
+    (web,) = [a for a in artists if a.get_label() == "iterates"]
+    x, y = web.get_data()
+    phase = 1.0
+    for k in range(5):
+        image = float(graph(phase))
+        assert (x[2 * k + 1], y[2 * k + 1]) == (phase, image)
+        assert (x[2 * k + 2], y[2 * k + 2]) == (image, image)
+        phase = image
+    plt.close(figure)
