@@ -11,10 +11,25 @@ function(filippov_may_fetch name package)
   message(STATUS "filippov: ${name} was not found, fetching a pinned version")
 endfunction()
 
+# Eigen's headers from the package index, which building a wheel brings (pyproject.toml).
+macro(filippov_find_eigen_of_python)
+  find_package(Python QUIET COMPONENTS Interpreter)
+  execute_process(
+    COMMAND ${Python_EXECUTABLE} -c
+            "import importlib.metadata as m; print(m.distribution('cmeel-eigen').locate_file('cmeel.prefix'))"
+    OUTPUT_VARIABLE filippov_eigen_prefix OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  if(filippov_eigen_prefix)
+    find_package(Eigen3 QUIET CONFIG PATHS ${filippov_eigen_prefix} NO_DEFAULT_PATH)
+  endif()
+endmacro()
+
 # Eigen3::Eigen, 3.4 or newer.
 macro(filippov_find_eigen)
   if(NOT TARGET Eigen3::Eigen)
     find_package(Eigen3 QUIET CONFIG)
+    if(NOT Eigen3_FOUND AND SKBUILD)
+      filippov_find_eigen_of_python()
+    endif()
     if(Eigen3_FOUND AND Eigen3_VERSION VERSION_LESS 3.4)
       message(FATAL_ERROR "filippov: Eigen ${Eigen3_VERSION} in ${Eigen3_DIR} is older than 3.4.")
     elseif(NOT Eigen3_FOUND)

@@ -27,9 +27,10 @@ except ImportError:
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))'
 }
 
-packages=(cmake ninja-build libeigen3-dev)
+packages=(cmake ninja-build)
 if [ "${1:-}" = test ]; then
-    packages+=(catch2 libbenchmark-dev libboost-dev libgsl-dev libcli11-dev nlohmann-json3-dev)
+    packages+=(catch2 libeigen3-dev libbenchmark-dev libboost-dev libgsl-dev libcli11-dev nlohmann-json3-dev
+        chromium chromium-driver)
 fi
 # A compiler and a Python from elsewhere serve as well as Debian's.
 command -v c++ >/dev/null || packages+=(g++)
@@ -62,7 +63,7 @@ if command -v apt-get >/dev/null; then
 else
     command -v c++ >/dev/null || fail "no C++ compiler was found."
     for program in cmake ninja; do
-        command -v "$program" >/dev/null || fail "$program was not found. Install it, and Eigen 3.4."
+        command -v "$program" >/dev/null || fail "$program was not found. Install it."
     done
 fi
 python_is_complete || fail "$(command -v python3) lacks venv or the header Python.h."
