@@ -118,10 +118,7 @@ def draw_map_and_basins(
     graph.plot(left)
     left.set(xlim=(0, 2 * np.pi), ylim=(0, 2 * np.pi), aspect="equal")
     left.set_title("from one end of a slide to the next")
-    handles, labels = left.get_legend_handles_labels()
-    merged = dict(zip((label.split(" to ")[0] for label in labels), handles, strict=True))
-    place = {"bbox_to_anchor": (1, 1), "loc": "upper left"}
-    left.legend(merged.values(), merged.keys(), fontsize=7, **place)
+    left.legend(fontsize=7, bbox_to_anchor=(1, 1), loc="upper left")
     basins.plot(right)
     run.plot(right)
     right.plot(*start, "*", color="#c0392b", markersize=10)

@@ -132,6 +132,12 @@ class EventMap(Stored):
         if not np.isin(sides, (-1, 1)).all():
             refuse("boundary", boundary, "expected -1 or +1")
         at, on = np.broadcast_arrays(phases, sides)
+        images, _ = self._images(at, on)
+        value: FloatOrArray = images.reshape(at.shape)[()]
+        return value
+
+    def _images(self, phase: Floats, boundary: NDArray[Any]) -> tuple[Floats, NDArray[np.int8]]:
+        """Phases and boundaries where the map leads, both flat."""
         s = self._settings
         out = _core.map_images(
             self.system._model,
@@ -141,12 +147,11 @@ class EventMap(Stored):
             s.max_periods,
             None if s.guess is None else np.array(s.guess),
             self.iterate,
-            np.ascontiguousarray(on, dtype=np.int32).reshape(-1),
-            np.ascontiguousarray(at).reshape(-1),
+            np.ascontiguousarray(boundary, dtype=np.int32).reshape(-1),
+            np.ascontiguousarray(phase).reshape(-1),
         )
         ended(out["raised"])
-        value: FloatOrArray = out["value"].reshape(at.shape)[()]
-        return value
+        return out["value"], out["value_boundary"]
 
     def plot(
         self,
@@ -166,8 +171,8 @@ class EventMap(Stored):
         boundary : int, optional
             The circle to draw, -1 or +1; by default those that orbits return to.
         cobweb : float, optional
-            Phase from which iterates are drawn as a staircase between graph and diagonal, on the
-            circle drawn first; it ends where an iterate leaves that circle.
+            Phase, on the circle drawn first, from which iterates are drawn as a staircase between
+            graph and diagonal; it goes on the circle that an iterate comes to.
         iterations : int
             How many.
         **artist_kw

@@ -321,6 +321,7 @@ def plot_event_map(
 
     ax = _axes(ax)
     artists: list[Artist] = []
+    labelled: set[str] = set()
     for b in drawn:
         where = f" from s = {b:+d}" if len(drawn) > 1 else ""
         for true_exit, style, what in (
@@ -332,8 +333,9 @@ def plot_event_map(
                 chosen &= graph.value_boundary == target
                 if not chosen.any():
                     continue
-                to = "" if target == b else f" to s = {target:+d}"
-                look = style | {"label": what + where + to} | artist_kw
+                label = None if what + where in labelled else what + where
+                labelled.add(what + where)
+                look = style | {"label": label} | artist_kw
                 if len(drawn) > 1 and "color" not in artist_kw:
                     look["alpha"] = 1.0 if b < 0 else 0.5
                 artists += ax.plot(*_curve(graph, chosen), **look)
@@ -363,12 +365,12 @@ def _staircase(
     """Lead from the diagonal up to the graph and across to the diagonal again, and so on."""
     x, y = [phase], [phase]
     for _ in range(iterations):
-        image = float(graph(phase, boundary))
+        (image,), (there,) = graph._images(np.array([phase]), np.array([boundary]))
         if not np.isfinite(image):
             break
         x += [phase, image]
         y += [image, image]
-        phase = image
+        phase, boundary = float(image), int(there)
     return x, y
 
 

@@ -226,10 +226,19 @@ def test_the_cobweb_is_the_iterates(made):
     artists = graph.plot(ax, cobweb=1.0, iterations=5)
     (web,) = [a for a in artists if a.get_label() == "iterates"]
     x, y = web.get_data()
-    phase = 1.0
-    for k in range(5):
-        image = float(graph(phase))
-        assert (x[2 * k + 1], y[2 * k + 1]) == (phase, image)
-        assert (x[2 * k + 2], y[2 * k + 2]) == (image, image)
-        phase = image
+    np.testing.assert_array_equal(x[2::2], y[2::2])  # on the diagonal
+    np.testing.assert_array_equal(x[1::2], x[0:-1:2])
+    # the slides of a run from there end at the same phases
+    once = fp.section_map(BLOCK, [0, 0], params=DRIVEN)
+    start = float(once.t * DRIVEN["omega"] % (2 * np.pi))
+    run = fp.simulate(BLOCK, once.x, (once.t, once.t + 20), params=DRIVEN, rtol=1e-11)
+    exits = run.events[run.events["kind"] == "exit_sliding"]
+    phases = exits["t"][exits["t"] > once.t + 1e-6] * DRIVEN["omega"] % (2 * np.pi)
+    boundary = int(np.sign(BLOCK.equivalent_control(once.t, once.x, DRIVEN)))
+    (web,) = [
+        a
+        for a in graph.plot(ax, boundary=boundary, cobweb=start, iterations=5)
+        if a.get_label() == "iterates"
+    ]
+    assert web.get_ydata()[1::2] == pytest.approx(phases[:5], abs=1e-6)
     plt.close(figure)
