@@ -286,7 +286,7 @@ public:
     }
     double s_max(const Vector& p) const override { return filippov::s_max(sys_, values_of(p)); }
     Vector field(int mode, double t, const Vector& x, const Vector& p) const override {
-        return field_of(mode)(t, point(x), values_of(p)).head(n_);
+        return cut(field_of(mode)(t, point(x), values_of(p)));
     }
 
     Jet rate(int mode, double t, const Vector& x, const Vector& p,
@@ -397,7 +397,7 @@ public:
         history.status = r.status;
         history.message = r.message();
         history.t = r.t;
-        history.x = r.x.head(n_);
+        history.x = cut(r.x);
         history.mode = code_of(r.mode);
         history.surfaces = surfaces();
         history.counters = r.counters;
@@ -474,7 +474,7 @@ private:
         bool interrupted() { return system.interrupted(); }
     };
     Happening happening(const Event<double, N, M>& e) const {
-        return {e.kind, e.t,       e.x_left.head(n_), code_of(e.mode_before), code_of(e.mode_after),
+        return {e.kind, e.t,       cut(e.x_left), code_of(e.mode_before), code_of(e.mode_after),
                 e.s,    e.surface, e.contacts};
     }
     /// An iteration may go anywhere; a run that cannot begin is a status like any other.
@@ -538,8 +538,7 @@ private:
                  double first_slope, double last_slope, std::vector<Least>& found) const {
         const auto keep = [&](const Sample& from, const Sample& to, double dt, double value) {
             const double theta = dt / (to.t - from.t);
-            found.push_back(
-                {from.t + dt, (from.x + theta * (to.x - from.x)).head(n_), value, side});
+            found.push_back({from.t + dt, cut(from.x + theta * (to.x - from.x)), value, side});
         };
         const auto at_end = [&](const Sample& end, const Sample& inner, double slope) {
             const double u = inner.t - end.t, rise = inner.value[which] - end.value[which];
@@ -640,6 +639,12 @@ private:
         return variable<D>(t, N, along);
     }
     X point(const Vector& x) const { return padded<N>(x, n_); }
+    /// The components that there are.
+    Vector cut(const X& x) const {
+        Vector given(n_);
+        std::copy_n(x.data(), n_, given.data());
+        return given;
+    }
     template <class D> Vec<D, N> state_of(const Vector& x, const Directions& along) const {
         Vec<D, N> y = Vec<D, N>::Constant(D(0.0));
         for (int i = 0; i < n_; ++i)

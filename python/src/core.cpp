@@ -16,7 +16,7 @@ constexpr const char* compiler = "unknown";
 
 } // namespace
 
-PYBIND11_MODULE(_core, m, py::mod_gil_not_used()) {
+PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
     namespace fpy = filippov::python;
     m.attr("__version__") = FILIPPOV_VERSION;
     fpy::bind_status(m);
