@@ -332,9 +332,12 @@ class Basins(Stored):
 
     def __repr__(self) -> str:
         shares = ", ".join(f"{label}: {share:.1%}" for label, share in self.fractions.items())
+        wrong = ""
+        if self.disagreements:
+            wrong = f"; {self.disagreements} of {self.audited} audited cells disagree"
         return (
             f"<Basins of {self.system.name}, {self.grid.shape[0]} x {self.grid.shape[1]} cells: "
-            f"{len(self.attractors)} attractors, {len(self.saddles)} saddles; {shares}>"
+            f"{len(self.attractors)} attractors, {len(self.saddles)} saddles; {shares}{wrong}>"
         )
 
 

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import dataclasses
 import warnings
 
 import matplotlib.pyplot as plt
@@ -145,3 +146,9 @@ def test_arguments_that_make_no_sense_are_refused():
         fp.cell_map(OSCILLATOR, picture(4), rest={"y": 1.0})
     with pytest.raises(ValueError, match="distance"):
         fp.basins(OSCILLATOR, picture(4), distance=-1.0)
+
+
+def test_the_audit_is_told_where_it_disagrees(seed):
+    assert "disagree" not in repr(seed)
+    doubtful = dataclasses.replace(seed, audited=500, disagreements=3)
+    assert "3 of 500 audited cells disagree" in repr(doubtful)
