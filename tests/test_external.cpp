@@ -216,3 +216,23 @@ TEST_CASE("External: an orbit and its multipliers, as tight as of formulas", "[f
     CHECK(std::abs(a.multipliers[0] - b.multipliers[0]) < 1e-9);
     CHECK(mine->counters().steps < 10 * model->counters().steps);
 }
+
+TEST_CASE("External: differences far from zero, and what is not written", "[formulas]") {
+    auto f = std::make_shared<External>();
+    f->name = "sin";
+    f->dim = 1;
+    f->outputs = 2;
+    f->scale.assign(2, 1.0);
+    f->value = [](double, const double* x, const double*, double* out) { out[0] = std::sin(x[0]); };
+    using D = Dual<double, 1>;
+    for (const double x : {0.0, 1e-9, 10.0, 1e3, 1e6}) {
+        CAPTURE(x);
+        const D at = D::variable(x, 0);
+        std::array<D, 2> out;
+        evaluate(*f, D(0.0), &at, &at, out.data());
+        // the rounding of x, over a step of a thousandth
+        CHECK(out[0].d[0] == Approx(std::cos(x)).margin(1e-12 + 1e-12 * x));
+        CHECK(std::isnan(out[1].v));
+        CHECK(std::isnan(out[1].d[0]));
+    }
+}

@@ -405,7 +405,7 @@ private:
     double called(const Node& n, double t, std::span<const double> x,
                   std::span<const double> p) const {
         const External& f = *functions_[std::size_t(n.value)];
-        std::vector<double> out(std::size_t(f.outputs));
+        auto out = detail::unwritten<double>(f.outputs);
         evaluate(f, t, x.data(), p.data(), out.data());
         return out[std::size_t(n.index)];
     }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,8 +28,8 @@ struct External {
     Function value;
     /// df_i/dx_j at [i dim + j], as a function of its own; may be null.
     std::shared_ptr<const External> jacobian;
-    /// Typical sizes of time, the components and the parameters, all > 0: differences take steps of
-    /// a thousandth of them, or of the number itself if that is larger (not so for time).
+    /// Typical sizes of time, the components and the parameters, all > 0, on which the function
+    /// changes: differences take steps of a thousandth of them.
     std::vector<double> scale;
 
     int inputs() const { return 1 + dim + params; }
@@ -52,7 +53,12 @@ template <class T> void evaluate(const External& f, const Inputs<T>& at, T* out)
 inline constexpr double difference_step = 0x1p-10;
 
 inline double size_of_input(const External& f, int i, double value) {
-    return i == 0 ? f.scale[0] : std::max(f.scale[std::size_t(i)], std::abs(value));
+    // beyond a million of it rounding would show
+    return std::max(f.scale[std::size_t(i)], 1e-6 * std::abs(value));
+}
+/// What is not written is not a number.
+template <class T> std::vector<T> unwritten(int n) {
+    return std::vector<T>(std::size_t(n), T(std::numeric_limits<double>::quiet_NaN()));
 }
 
 /// The derivative of f along a direction, `outputs` numbers.
@@ -60,7 +66,7 @@ template <class T>
 std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T> along) {
     std::vector<T> slope(std::size_t(f.outputs), T(0));
     if (f.jacobian) {
-        std::vector<T> jacobian(std::size_t(f.outputs * f.dim), T(0));
+        auto jacobian = unwritten<T>(f.outputs * f.dim);
         evaluate(*f.jacobian, at, jacobian.data());
         for (int i = 0; i < f.outputs; ++i)
             for (int j = 0; j < f.dim; ++j)
@@ -84,7 +90,7 @@ std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T
         Inputs<T> shifted = at;
         for (std::size_t i = 0; i < at.size(); ++i)
             shifted[i] += T(offsets[m] * step) * along[i];
-        sample[m].assign(std::size_t(f.outputs), T(0));
+        sample[m] = unwritten<T>(f.outputs);
         evaluate(f, shifted, sample[m].data());
     }
     for (std::size_t i = 0; i < slope.size(); ++i)
@@ -98,7 +104,7 @@ void evaluate_series(const External& f, const Inputs<Dual<T, K>>& at, Dual<T, K>
     Inputs<T> value, along(at.size(), T(0));
     for (const auto& input : at)
         value.push_back(input.v);
-    std::vector<T> result(std::size_t(f.outputs), T(0));
+    auto result = unwritten<T>(f.outputs);
     evaluate(f, value, result.data());
     std::copy(result.begin(), result.end(), out);
     for (std::size_t k = 0; k < std::size_t(K); ++k) {
@@ -119,7 +125,7 @@ void evaluate_series(const External& f, const Inputs<Taylor<T, K>>& at, Taylor<T
             same.emplace_back(input.c[0]);
             same.back().d[0] = input.c[1];
         }
-        std::vector<Dual<T, 1>> result(std::size_t(f.outputs));
+        auto result = unwritten<Dual<T, 1>>(f.outputs);
         evaluate_series(f, same, result.data());
         for (std::size_t i = 0; i < result.size(); ++i) {
             out[i].c[0] = result[i].v;
@@ -139,7 +145,7 @@ void evaluate_series(const External& f, const Inputs<Taylor<T, K>>& at, Taylor<T
     const bool moves = step < std::numeric_limits<double>::infinity();
     std::array<std::vector<T>, 5> sample; // at -2 ... 2 steps
     for (std::size_t m = 0; m < sample.size(); ++m) {
-        sample[m].assign(std::size_t(f.outputs), T(0));
+        sample[m] = unwritten<T>(f.outputs);
         if (m != 2 && !moves)
             continue;
         const T tau(m == 2 ? 0.0 : (double(m) - 2) * step);
@@ -184,7 +190,7 @@ template <class S> void evaluate(const External& f, const S& t, const S* x, cons
                 return 1;
         }();
         detail::Inputs<double> at(std::size_t(f.inputs()));
-        std::vector<double> value(std::size_t(f.outputs));
+        auto value = detail::unwritten<double>(f.outputs);
         for (int l = 0; l < width; ++l) {
             const auto one = [l](const S& v) {
                 if constexpr (is_wide<S>)

@@ -10,6 +10,7 @@
 #include <filippov/scalar.hpp>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -364,7 +365,7 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
         case Code::call: {
             const External& f = *functions_[i->a.index];
             for (int k = 0; k < f.outputs; ++k)
-                std::construct_at(slots + i->slot + k, S(0));
+                std::construct_at(slots + i->slot + k, S(std::numeric_limits<double>::quiet_NaN()));
             evaluate(f, t, x, p, slots + i->slot);
             continue;
         }

@@ -113,7 +113,7 @@ class Ensemble(Stored):
             if np.ndim(value) == 0:
                 attrs[name] = value
             else:
-                variables[name] = (axes, value)
+                variables[name] = (axes, np.broadcast_to(value, self.shape))
         return dataset(self, variables, {"state": ("state", list(self.state))}, attrs)
 
     def plot(

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from . import _core
-from ._check import refuse
-from ._define import Function, names_of, three_arguments
+from ._check import number, refuse
+from ._define import Function, defaults_of, names_of, three_arguments
 from ._trace import DefinitionError, Expression, Numbers
 
 __all__ = ["Foreign", "SlowSystemWarning", "Surroundings"]
@@ -51,18 +51,19 @@ class Surroundings:
     ) -> None:
         self.state = names_of("state", state)
         self.trials: list[Trial] = []
-        self.params = tuple(params or ())
+        values = defaults_of(params)
+        self.params = tuple(values)
         sizes = {"t": 1.0} | dict.fromkeys(self.state, 1.0)
-        for name, value in (params or {}).items():
-            sizes[name] = abs(float(value)) or 1.0
+        for name, value in values.items():
+            sizes[name] = abs(value) or 1.0
         if isinstance(period, (int, float)) and 0 < period < math.inf:
             sizes["t"] = period / math.tau
+        if scale is not None and not isinstance(scale, Mapping):
+            refuse("scale", scale, "expected a mapping of names to sizes", TypeError)
         for name, size in (scale or {}).items():
             if name not in sizes:
                 refuse("scale", scale, f"{name!r} is no name of the system, and not t")
-            if not 0 < size < math.inf:
-                refuse(f"scale[{name!r}]", size, "expected a number > 0")
-            sizes[name] = float(size)
+            sizes[name] = number(f"scale[{name!r}]", size, "expected a number > 0", above=0.0)
         self.scale = list(sizes.values())
 
     def pointer(
@@ -97,9 +98,12 @@ class Surroundings:
                 return nowhere  # beyond its domain: as numpy's functions say it
             trial.works = True
             found = (found,) if number or not hasattr(found, "__len__") else found
-            if len(found) != outputs:
-                raise TypeError(f"{what} returned {len(found)} values for {outputs}")
-            return [float(v) for v in found]
+            if isinstance(found, str) or len(found) != outputs:
+                raise TypeError(f"{what} returned {found!r}: expected {outputs} numbers")
+            try:
+                return [float(v) for v in found]
+            except (TypeError, ValueError):
+                raise TypeError(f"{what} returned {found!r}: expected {outputs} numbers") from None
 
         return Foreign(outputs, lambda graph: graph.add_callable(*sizes, values), number=number)
 
@@ -145,7 +149,7 @@ def _address(what: str, pointer: object) -> int:
             f"expected {_SIGNATURE}: its address, a numba.cfunc, or a function of ctypes or cffi",
             TypeError,
         )
-    if found < 4096:
+    if not 4096 <= found < 2**64:
         refuse(what, pointer, "expected the address of a function")
     return found
 
@@ -155,8 +159,8 @@ def _address_of(what: str, pointer: object) -> int | None:
         return pointer if pointer else 1
     if isinstance(pointer, CFuncPtr):
         declared = getattr(pointer, "argtypes", None)
-        if declared is not None and len(declared) != 4:
-            _refuse_signature(what, pointer, f"{len(declared)} arguments")
+        if declared is not None and (len(declared) != 4 or declared[0] is not ctypes.c_double):
+            _refuse_signature(what, pointer, ", ".join(each.__name__ for each in declared))
         return ctypes.cast(pointer, ctypes.c_void_p).value
     if type(pointer).__module__ == "_cffi_backend":
         import cffi
@@ -165,7 +169,8 @@ def _address_of(what: str, pointer: object) -> int | None:
         kind = ffi.typeof(pointer)
         if kind.kind == "pointer":
             kind = kind.item
-        if kind.kind != "function" or len(kind.args) != 4:
+        arguments = [each.cname for each in kind.args] if kind.kind == "function" else []
+        if len(arguments) != 4 or arguments[0] != "double" or kind.result.kind != "void":
             _refuse_signature(what, pointer, kind.cname)
         return int(ffi.cast("uintptr_t", pointer))
     numba = sys.modules.get("numba")

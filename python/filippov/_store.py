@@ -10,8 +10,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import shutil
-import zipfile
+import tempfile
+import zlib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -61,6 +61,8 @@ class Stored:
             If the system has functions of which only values are known.
         ImportError
             For `.zarr` without zarr.
+        FileExistsError
+            For a directory that is no result of filippov.
         """
         pack = _Pack()
         content = pack.packed(self, "")
@@ -72,15 +74,18 @@ class Stored:
             "content": content,
         }
         target = Path(path)
-        part = target.with_name(target.name + ".part")
-        _remove(part)
-        if target.suffix == ".zarr":
-            _write_zarr(part, meta, pack.arrays)
-            _remove(target)
-        else:
-            with part.open("wb") as file:
-                np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **pack.arrays)  # type: ignore[arg-type]
-        part.replace(target)
+        _require_replaceable(target)
+        # beside it, so that it is there at once or not at all
+        with tempfile.TemporaryDirectory(prefix=".filippov-", dir=target.parent) as folder:
+            part = Path(folder) / "part"
+            if target.suffix == ".zarr":
+                _write_zarr(part, meta, pack.arrays)
+                if target.exists():
+                    target.replace(Path(folder) / "old")
+            else:
+                with part.open("wb") as file:
+                    np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **pack.arrays)  # type: ignore[arg-type]
+            part.replace(target)
 
 
 class _Pack:
@@ -142,7 +147,10 @@ class _Unpack:
         if "array" in value:
             return self._arrays[value["array"]]
         if "number" in value:
-            return np.dtype(value["dtype"]).type(value["number"])
+            dtype = np.dtype(value["dtype"])
+            if dtype.kind not in "biufU" or dtype.itemsize > _MOST_BYTES:
+                raise TypeError(value["dtype"])
+            return dtype.type(value["number"])
         if "status" in value:
             return Status(value["status"])
         if "system" in value:
@@ -183,7 +191,9 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
     foreign = "expected a file written by the method save of a result of filippov"
     try:
         meta, arrays = (_read_zarr if Path(path).is_dir() else _read_npz)(Path(path))
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, TypeError, AttributeError):
+    except (OSError, ImportError, MemoryError):
+        raise
+    except Exception:  # a damaged file fails in as many ways as there are libraries
         refuse("path", os.fspath(path), foreign)
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         refuse("path", os.fspath(path), foreign)
@@ -198,7 +208,9 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
         refuse("path", os.fspath(path), f"it holds a {found}, expected one of {', '.join(known)}")
     try:
         return _Unpack(meta, arrays).unpacked(content)
-    except (KeyError, TypeError, IndexError):
+    except MemoryError:
+        raise
+    except Exception:
         refuse("path", os.fspath(path), f"its {found} is incomplete; {foreign}")
 
 
@@ -224,11 +236,22 @@ def _system(content: Mapping[str, Any]) -> System:
 # --- files ----------------------------------------------------------------------------------------
 
 
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
+_MOST_BYTES = 1024  #: of one number or word
+
+
+def _require_replaceable(target: Path) -> None:
+    """Refuse to replace a directory that holds something else."""
+    if not target.is_dir():
+        return
+    expected = "expected a path where nothing is, or a result of filippov"
+    if target.is_symlink() or target.suffix != ".zarr":
+        refuse("path", os.fspath(target), expected, FileExistsError)
+    try:
+        attributes = json.loads((target / "zarr.json").read_text())["attributes"]
+    except (OSError, ValueError, KeyError, TypeError):
+        attributes = {}
+    if META not in attributes:
+        refuse("path", os.fspath(target), expected, FileExistsError)
 
 
 def _read_npz(path: Path) -> tuple[Any, Arrays]:
@@ -241,8 +264,9 @@ def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> None:
     """Write a group, in which records are arrays of columns, and words numbers of their list."""
     import zarr
 
-    group = zarr.open_group(path, mode="w")
+    group = zarr.open_group(path, mode="w", zarr_format=3)
     records: dict[str, list[Any]] = {}
+    sums: dict[str, int] = {}
 
     def put(name: str, array: np.ndarray[Any, Any]) -> None:
         if array.dtype.names is not None:
@@ -261,22 +285,36 @@ def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> None:
         )
         if array.size:
             stored[...] = array
+        sums[name] = _checksum(array)
 
     for name, array in arrays.items():
         put(name, array)
-    group.attrs.update({META: meta, "records": records})
+    group.attrs.update({META: meta, "records": records, "checksums": sums})
+
+
+def _checksum(array: np.ndarray[Any, Any]) -> int:
+    """CRC-32 of the bytes: a chunk that is missing would be read as zeros."""
+    return zlib.crc32(np.ascontiguousarray(array).tobytes())
 
 
 def _read_zarr(path: Path) -> tuple[Any, Arrays]:
     import zarr
 
-    group = zarr.open_group(path, mode="r")
+    group = zarr.open_group(path, mode="r", zarr_format=3)
     columns: Arrays = {}
-    for name, stored in group.arrays():
+    for name, checksum in group.attrs["checksums"].items():
+        stored = group[name]
+        if stored.dtype.kind not in "biufc":
+            raise TypeError(f"{name} is of another kind")
         values = np.asarray(stored[...])
+        if _checksum(values) != checksum:
+            raise ValueError(f"{name} is damaged")
         if "words" in stored.attrs:
             words = np.array(stored.attrs["words"], dtype=stored.attrs["dtype"])
-            values = words[values] if words.size else np.empty(values.shape, words.dtype)
+            if words.size:
+                values = np.asarray(words[values], dtype=words.dtype)
+            else:
+                values = np.empty(values.shape, words.dtype)
         columns[name] = values
     for name, description in group.attrs["records"].items():
         dtype = np.dtype([(d[0], d[1], *(tuple(n) for n in d[2:])) for d in description])

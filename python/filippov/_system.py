@@ -285,6 +285,7 @@ class System:
         step calls Python, which takes a hundred times longer than a recorded function, and says so
         by a `SlowSystemWarning`. Each function has the smooth field of one side; an
         ArithmeticError, a LookupError or a ValueError in one means that it does not exist there.
+        Functions are called at some random times and states when the system is made.
 
         Parameters
         ----------
@@ -616,6 +617,12 @@ class System:
         if any(has_jacobian for _, has_jacobian in functions):
             return "Jacobians as given, else differences over five points"
         return "differences over five points"
+
+    def __copy__(self) -> System:
+        return self  # nothing in it changes
+
+    def __deepcopy__(self, memo: object) -> System:
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._definition is not None:

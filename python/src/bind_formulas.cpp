@@ -148,6 +148,15 @@ py::dict define(const GraphPointer& graph, const std::string& name,
                 const std::optional<Expr>& period) {
     expect(state.size() == field.size(), "field has one entry a component");
     expect(params.size() == defaults.size(), "defaults has one entry a parameter");
+    // formulas may come from a file
+    const int dim = int(state.size()), n_params = int(params.size());
+    for (Expr e = 0; e < Expr(graph->size()); ++e) {
+        const Graph::Node& n = (*graph)[e];
+        expect((n.op != Op::state || (n.index >= 0 && n.index < dim)) &&
+                   (n.op != Op::param || (n.index >= 0 && n.index < n_params)) &&
+                   (n.op != Op::powi || std::abs(n.index) < 1000),
+               "a formula is one of this state and these parameters");
+    }
     Definition d;
     d.graph = *graph;
     d.dim = int(state.size());

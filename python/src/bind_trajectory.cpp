@@ -166,13 +166,19 @@ std::shared_ptr<Solution> unpack(const Model& model, const py::dict& d) {
     s.closed_form = column("closed_form", static_cast<signed char>(0));
     const Facts& facts = model.facts();
     const auto dim = std::size_t(facts.dim), knots = s.t.size(), pieces = s.dt.size();
-    expect(
-        s.params.size() == facts.params.size() && s.scale.size() == dim && knots >= 1 &&
-            (pieces == 0 || pieces + 1 == knots) && s.x.size() == knots * dim &&
-            s.mode.size() == knots * std::size_t(facts.surfaces) && s.period.size() == pieces &&
-            s.t_local.size() == pieces && s.carry.size() == pieces && s.x0.size() == pieces * dim &&
-            s.polynomial.size() == pieces * dim * solution_terms && s.closed_form.size() == pieces,
-        "the columns of a solution fit together");
+    expect(s.params.size() == facts.params.size() && s.scale.size() == dim && knots >= 1 &&
+               (pieces == 0 || pieces + 1 == knots) && s.x.size() == knots * dim &&
+               s.mode.size() == knots * std::size_t(facts.surfaces) && s.period.size() == pieces &&
+               s.t_local.size() == pieces && s.carry.size() == pieces &&
+               s.x0.size() == pieces * dim &&
+               s.polynomial.size() == pieces * dim * solution_terms &&
+               s.closed_form.size() == pieces && (pieces > 0 || knots == 1),
+           "the columns of a solution fit together");
+    const bool forward = s.t.back() >= s.t.front();
+    for (std::size_t k = 0; k + 1 < knots; ++k)
+        expect(forward ? s.t[k] <= s.t[k + 1] : s.t[k] >= s.t[k + 1], "times are in order");
+    for (const signed char mode : s.mode)
+        expect(mode >= -1 && mode <= 1, "a mode is -1, 0 or 1");
     return std::const_pointer_cast<Solution>(model.solution(s)); // the holder type has no const
 }
 

@@ -391,7 +391,7 @@ def test_errors_of_a_callable_come_through(threads):
 
 
 def test_callables_that_return_something_else():
-    with pytest.raises(TypeError, match="returned 1 values for 2"):
+    with pytest.raises(TypeError, match="expected 2 numbers"):
         slow(fields={"-": lambda t, s, p: (s.v,), "+": lambda t, s, p: (s.v, 0.0)})
 
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What every result can: be drawn, saved, pickled, and given as a dataset."""
 
+import contextlib
 import dataclasses
 import json
 import pickle
+import shutil
 from collections.abc import Mapping
 
 import numpy as np
@@ -65,6 +67,10 @@ MADE = {
     ),
     "ensemble": lambda: fp.ensemble(
         typed, np.zeros((2, 3)), (0, 5), params={"F": np.array([0.1, 0.2, 0.3])}
+    ),
+    "ensemble of one": lambda: fp.ensemble(typed, [0, 0], (0, 5)),
+    "ensemble of starts and parameters": lambda: fp.ensemble(
+        typed, np.zeros((2, 3, 2)), (0, 5), params={"F": np.array([0.1, 0.2, 0.3])[:, None]}
     ),
     "event map": lambda: fp.event_map(BLOCK, params=DRIVEN, samples=64),
     "diagram": lambda: fp.bifurcation_diagram(typed, w=[0.6, 0.7], transient=5, keep=10),
@@ -242,3 +248,82 @@ def test_the_cobweb_is_the_iterates(made):
     ]
     assert web.get_ydata()[1::2] == pytest.approx(phases[:5], abs=1e-6)
     plt.close(figure)
+
+
+# --- what is damaged, and what is somebody else's -------------------------------------------------
+
+
+def test_a_file_that_is_damaged_is_refused(made, tmp_path):
+    made("trajectory").save(tmp_path / "run.npz")
+    whole = (tmp_path / "run.npz").read_bytes()
+    random = np.random.default_rng(1)
+    for k in range(60):
+        damaged = bytearray(whole)
+        if k % 3 == 0:
+            damaged = damaged[: random.integers(len(whole))]
+        else:
+            for place in random.integers(len(whole), size=20):
+                damaged[place] = random.integers(256)
+        (tmp_path / "damaged.npz").write_bytes(bytes(damaged))
+        with contextlib.suppress(ValueError, OSError):  # and nothing else
+            fp.load(tmp_path / "damaged.npz")
+
+
+def edited(path, out, edit):
+    """Copy a file with other metadata or arrays."""
+    with np.load(path) as file:
+        arrays = dict(file)
+    meta = json.loads(str(arrays.pop("__filippov__")))
+    edit(meta, arrays)
+    with out.open("wb") as file:
+        np.savez(file, __filippov__=np.array(json.dumps(meta)), **arrays)
+
+
+def other_param(meta, arrays):
+    meta["systems"][0]["formulas"]["nodes"] = [
+        [op, a, b, c, 60_000 if op == "param" else index, value]
+        for op, a, b, c, index, value in meta["systems"][0]["formulas"]["nodes"]
+    ]
+
+
+def no_params(meta, arrays):
+    meta["systems"][0]["formulas"]["params"] = meta["systems"][0]["params"] = {}
+
+
+def other_modes(meta, arrays):
+    arrays["sol.mode"] = arrays["sol.mode"] + 100
+
+
+def other_times(meta, arrays):
+    arrays["sol.t"] = np.random.default_rng(1).permutation(arrays["sol.t"])
+
+
+def object_number(meta, arrays):
+    meta["content"]["fields"]["y"] = {"number": 1, "dtype": "|O"}
+
+
+@pytest.mark.parametrize("edit", [other_param, no_params, other_modes, other_times, object_number])
+def test_a_file_that_makes_no_sense_is_refused(made, tmp_path, edit):
+    made("trajectory of one's own system").save(tmp_path / "run.npz")
+    edited(tmp_path / "run.npz", tmp_path / "edited.npz", edit)
+    with pytest.raises(ValueError, match="path = "):
+        fp.load(tmp_path / "edited.npz")
+
+
+def test_a_chunk_that_is_missing_is_seen(made, tmp_path):
+    pytest.importorskip("zarr")
+    made("trajectory").save(tmp_path / "run.zarr")
+    shutil.rmtree(tmp_path / "run.zarr" / "y" / "c")
+    with pytest.raises(ValueError, match="expected a file written by"):
+        fp.load(tmp_path / "run.zarr")
+
+
+@pytest.mark.parametrize("name", ["data.zarr", "data"])
+def test_what_is_not_a_result_is_not_replaced(made, tmp_path, name):
+    pytest.importorskip("zarr")
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "thesis.tex").write_text("all of it")
+    with pytest.raises(FileExistsError, match="path = "):
+        made("trajectory").save(tmp_path / name)
+    assert (tmp_path / name / "thesis.tex").read_text() == "all of it"
+    assert [path.name for path in tmp_path.iterdir()] == [name]
