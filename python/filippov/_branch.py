@@ -15,7 +15,7 @@ from . import _core
 from ._bounds import pair
 from ._check import integer, number, refuse, word, words
 from ._cycle import node_events, without_point
-from ._dataset import dataset
+from ._dataset import dataset, event_variables
 from ._geometry import one_surface
 from ._orbit import Complexes, Orbit, orbit_from, precision
 from ._progress import Progress, ended, shown
@@ -230,9 +230,7 @@ class Branch(Stored):
         }
         variables["multipliers"] = (("point", "multiplier"), self.multipliers)
         variables["x0"] = (("state", "point"), self.x0)
-        for field in self.events.dtype.names or ():
-            dims = ("event", "state") if field == "x" else ("event",)
-            variables[f"event_{field}"] = (dims, self.events[field])
+        variables |= event_variables(self.events, "event_", x="state")
         for column in ("kind", "word_before", "word_after", "side"):
             each = [getattr(s, column) for s in self.specials]
             variables[f"special_{column}"] = ("special", np.array(each))

@@ -9,15 +9,17 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from ._settings import Settings
 from ._system import Params, System
+from ._types import Record
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["dataset"]
+__all__ = ["dataset", "event_variables"]
 
 
 def dataset(
@@ -38,6 +40,24 @@ def dataset(
         if field.name not in (*variables, *coords) and not field.name.startswith("_"):
             told |= _attributes(field.name, getattr(result, field.name))
     return xarray.Dataset(variables, coords, told | dict(attrs or {}))
+
+
+def event_variables(
+    events: Record, prefix: str = "", **inner: str
+) -> dict[str, tuple[tuple[str, ...], NDArray[Any]]]:
+    """Give the columns of an event log as variables over the dimension `event`.
+
+    Parameters
+    ----------
+    inner
+        Second dimension of columns that have one, by their names; of modes it is `surface`.
+    """
+    variables: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {}
+    for name in events.dtype.names or ():
+        column = events[name]
+        dims = ("event", inner.get(name, "surface")) if column.ndim == 2 else ("event",)
+        variables[prefix + name] = (dims, column)
+    return variables
 
 
 def _attributes(name: str, value: object) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._check import flag, integer, number, one_of, refuse, span, vector
 from ._cycle import Cycle, node_events, without_point
-from ._dataset import dataset
+from ._dataset import dataset, event_variables
 from ._event import EventKind
 from ._progress import ended
 from ._simulate import simulate
@@ -171,10 +171,10 @@ class Orbit(Stored):
             "multipliers": ("multiplier", self.multipliers),
             "monodromy": (("state", "other"), self.monodromy),
         }
-        for name in self.events.dtype.names or ():
-            inner = {"x": "state", "mode_before": "switch", "mode_after": "switch"}
-            dims = ("event", inner[name]) if self.events[name].ndim == 2 else ("event",)
-            variables["y" if name == "x" else name] = (dims, self.events[name])
+        inner = {"x": "state", "mode_before": "switch", "mode_after": "switch"}
+        columns = event_variables(self.events, **inner)
+        columns["y"] = columns.pop("x")
+        variables |= columns
         states = list(self.system.state)
         return dataset(self, variables, {"state": states, "other": states})
 

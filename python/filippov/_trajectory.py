@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._check import integer, refuse
-from ._dataset import dataset
+from ._dataset import dataset, event_variables
 from ._event import EventKind, mode_changes
 from ._settings import Settings, Stats
 from ._solution import Solution
@@ -253,11 +253,7 @@ class Trajectory(Stored):
             "y": (("state", "t"), self.y),
             "mode": (("surface", "t") if several else "t", self.mode),
         }
-        inner = {"x_left": "state", "x_right": "state"}
-        for name in self.events.dtype.names or ():
-            column = self.events[name]
-            dims = ("event", inner.get(name, "surface")) if column.ndim == 2 else ("event",)
-            variables[f"event_{name}"] = (dims, column)
+        variables |= event_variables(self.events, "event_", x_left="state", x_right="state")
         return dataset(self, variables, {"t": self.t, "state": list(self.system.state)})
 
     def __repr__(self) -> str:

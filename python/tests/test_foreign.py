@@ -31,11 +31,6 @@ def recorded(t, s, p):
     return s.v, -s.y + p.A * np.cos(p.omega * t) + 10 * mu * np.sign(u)
 
 
-def as_recorded():
-    """The same with the surface of the others, v - V: the recorded one is V - v."""
-    return {"fields": ("-", "+"), "switch": "V - v", "period": "2*pi/omega"}
-
-
 @pytest.fixture(scope="module")
 def by_numba():
     numba = pytest.importorskip("numba")
