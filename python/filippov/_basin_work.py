@@ -36,7 +36,7 @@ class BasinWork:
     @functools.cached_property
     def finder(self) -> Any:  # noqa: ANN401 - compiled
         """A `_core.BasinFinder`, made when it is first asked for; it is not sent."""
-        require_level(self.level)
+        require_level(self.sys, self.level)
         picture = self.picture
         return _core.BasinFinder(
             self.sys._model,

@@ -38,7 +38,7 @@ from ._ensemble import (
     run_identity,
     run_settings,
 )
-from ._lanes import instruction_set
+from ._lanes import level_of
 from ._progress import Progress, ended, shown
 from ._refine import RefinedBasins, refine
 from ._settings import Settings
@@ -286,7 +286,7 @@ class Basins(Stored):
             self.settings.on_nonunique,
         )
         bounds = None if self.escape is None else list(self.escape)
-        work = BasinWork(self.system, picture, run, self.search, bounds, 0, instruction_set())
+        work = BasinWork(self.system, picture, run, self.search, bounds, 0, level_of(self.system))
         known = [
             {
                 "periodic": a.periodic,
@@ -451,7 +451,7 @@ def basins(
         "seed": integer("seed", seed, 0),
     }
     bounds = escape_bounds(sys, escape)
-    work = BasinWork(sys, picture, run, search, bounds, threads or 0, instruction_set())
+    work = BasinWork(sys, picture, run, search, bounds, threads or 0, level_of(sys))
     cells = picture.grid
 
     def identity() -> dict[str, Any]:
@@ -517,7 +517,7 @@ def basins(
         search=search,
         escape=None if bounds is None else tuple(bounds),
         settings=run.settings,
-        instruction_set=instruction_set(),
+        instruction_set=level_of(sys),
         stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
     )
     ended(checked["raised"], basins=result)

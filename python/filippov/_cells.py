@@ -30,7 +30,7 @@ from ._ensemble import (
     run_settings,
 )
 from ._geometry import one_surface
-from ._lanes import instruction_set
+from ._lanes import level_of
 from ._maps import section_of
 from ._progress import Progress, ended, shown
 from ._settings import Settings
@@ -379,7 +379,7 @@ def cell_map(
             "t0": np.array([picture.t0]),
             "t_end": np.array([picture.t0 + periods * picture.period]),
         }
-        members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, instruction_set(), shared)
+        members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, level_of(sys), shared)
         work = CellMapWork(members, picture)
     outputs: Arrays = {
         "image": np.full(cells.shape, -2, dtype=np.int32),
@@ -414,7 +414,7 @@ def cell_map(
         period=math.nan if section is not None else periods * picture.period,
         section=section,
         settings=run.settings,
-        instruction_set=instruction_set(),
+        instruction_set=level_of(sys),
         stats=LaneStats.of(sums),
     )
     ended(raised, cell_map=result)

@@ -17,7 +17,7 @@ from . import _core
 from ._check import choice, floats, integer, number, refuse
 from ._dataset import dataset
 from ._event import modes_of
-from ._lanes import instruction_set, lanes_in_a_register, lanes_of, require_level
+from ._lanes import lanes_in_a_register, lanes_of, level_of, require_level
 from ._progress import Progress, ended, shown
 from ._settings import Settings
 from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
@@ -297,7 +297,7 @@ def ensemble(
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)
     shared, each = members.rows()
-    level = instruction_set()
+    level = level_of(sys)
     work = EnsembleWork(sys, bounds, run, first_step or 0.0, threads or 0, level, shared)
     outputs: Arrays = {
         "y": np.full((members.size, sys.dim), np.nan),
@@ -336,7 +336,7 @@ def ensemble(
         system=sys,
         state=sys.state,
         settings=run.settings,
-        instruction_set=instruction_set(),
+        instruction_set=level_of(sys),
         stats=LaneStats.of(sums),
     )
     ended(raised, ensemble=result)
@@ -358,7 +358,7 @@ class EnsembleWork:
     def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
         """Give the columns of an ensemble."""
         del first
-        require_level(self.level)
+        require_level(self.sys, self.level)
         given = self.shared | inputs
         columns: Mapping[str, Any] = _core.ensemble(
             lanes_of(self.sys),
@@ -396,7 +396,7 @@ def run_identity(sys: System, run: RunSettings, bounds: list[float] | None) -> d
         "system": sys._identity(),
         "settings": asdict(run.settings) | {"atol": list(run.settings.atol)},
         "escape": bounds,
-        "instruction_set": instruction_set(),
+        "instruction_set": level_of(sys),
     }
 
 

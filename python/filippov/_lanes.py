@@ -13,7 +13,14 @@ from . import _core
 from ._check import refuse
 from ._system import System
 
-__all__ = ["LEVELS", "instruction_set", "lanes_in_a_register", "lanes_of", "require_level"]
+__all__ = [
+    "LEVELS",
+    "instruction_set",
+    "lanes_in_a_register",
+    "lanes_of",
+    "level_of",
+    "require_level",
+]
 
 #: Instruction sets, the least first; a processor that has one has those before it.
 LEVELS = ("baseline", "avx2", "avx512")
@@ -58,9 +65,13 @@ def lanes_in_a_register() -> int:
     return int(_module(instruction_set()).width)
 
 
-def require_level(level: str) -> None:
+def level_of(sys: System) -> str:
+    """Name of the instruction set that ensembles of a system run with."""
+    return LEVELS[0] if _core.one_lane(sys._model) else instruction_set()
+
+
+def require_level(sys: System, level: str) -> None:
     """Refuse to mix instruction sets: their results differ by rounding."""
-    if instruction_set() != level:
-        refuse(
-            "FILIPPOV_SIMD", instruction_set(), f"expected {level}, which the run was begun with"
-        )
+    here = level_of(sys)
+    if here != level:
+        refuse("FILIPPOV_SIMD", here, f"expected {level}, which the run was begun with")

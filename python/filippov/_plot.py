@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+import functools
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from ._lyapunov import Lyapunov
     from ._sliding_boundary import SlidingBoundary
     from ._trajectory import Trajectory
+
+Plot = TypeVar("Plot", bound=Callable[..., Any])
 
 SLIP = {"color": "#1f5fa8", "linewidth": 1.2, "zorder": 2.2}
 STICK = {"color": "#101010", "linewidth": 3.0, "zorder": 2.3, "solid_capstyle": "butt"}
@@ -61,6 +64,19 @@ MOST_POINTS = 200_000
 REGION_TIMES = 24
 
 
+def full_names(plot: Plot) -> Plot:
+    """Give the last argument, keywords of lines, with matplotlib's full names: c is color."""
+
+    @functools.wraps(plot)
+    def named(*args: Any) -> Any:  # noqa: ANN401
+        from matplotlib.cbook import normalize_kwargs
+        from matplotlib.lines import Line2D
+
+        return plot(*args[:-1], normalize_kwargs(args[-1], Line2D))
+
+    return cast("Plot", named)
+
+
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
@@ -69,6 +85,7 @@ def _axes(ax: Axes | None) -> Axes:
     return plt.gca()
 
 
+@full_names
 def plot_trajectory(
     trajectory: Trajectory,
     ax: Axes | None,
@@ -101,7 +118,7 @@ def plot_trajectory(
             lines.setdefault((name, slides), []).extend([xy, np.full((2, 1), np.nan)])
 
     ax = _axes(ax)
-    own_colour = {"color", "c"} & artist_kw.keys()
+    own_colour = "color" in artist_kw
     artists: list[Artist] = []
     for k, name in enumerate(names):
         for slides in (False, True):
@@ -126,6 +143,7 @@ def plot_trajectory(
     return artists
 
 
+@full_names
 def plot_phase(
     trajectory: Trajectory,
     ax: Axes | None,
@@ -167,6 +185,7 @@ def plot_phase(
     return artists + plot_trajectory(trajectory, ax, None, None, artist_kw)
 
 
+@full_names
 def plot_sliding_region(
     region: SlidingRegion, ax: Axes | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -182,6 +201,7 @@ def plot_sliding_region(
     return artists
 
 
+@full_names
 def plot_ensemble(
     ensemble: Ensemble,
     ax: Axes | None,
@@ -216,6 +236,7 @@ def plot_ensemble(
     return artists
 
 
+@full_names
 def plot_lyapunov(lyapunov: Lyapunov, ax: Axes | None, artist_kw: dict[str, Any]) -> list[Artist]:
     """Draw exponents with their errors; see `Lyapunov.plot`."""
     ax = _axes(ax)
@@ -252,6 +273,7 @@ def _same(a: SlidingRegion, b: SlidingRegion) -> bool:
     )
 
 
+@full_names
 def plot_diagram(
     diagram: Diagram, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -275,6 +297,7 @@ def plot_diagram(
     return artists
 
 
+@full_names
 def plot_sliding_boundary(
     boundary: SlidingBoundary, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -304,6 +327,7 @@ def plot_sliding_boundary(
     return artists
 
 
+@full_names
 def plot_event_map(
     graph: EventMap,
     ax: Axes | None,

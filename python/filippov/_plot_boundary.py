@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._plot import _axes
+from ._plot import _axes, full_names
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -41,6 +41,7 @@ def _frame(grid: Grid, ax: Axes) -> None:
     )
 
 
+@full_names
 def plot_boundary(
     boundary: BasinBoundary, ax: Axes | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -63,6 +64,7 @@ def plot_boundary(
     return artists
 
 
+@full_names
 def plot_unstable_set(
     unstable: UnstableSet, ax: Axes | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._check import word
-from ._plot import _axes, plot_trajectory
+from ._plot import _axes, full_names, plot_trajectory
 from ._sliding_region import surface_curves
 from ._types import Floats
 
@@ -48,6 +48,7 @@ BIFURCATIONS: dict[str, dict[str, Any]] = {
 }
 
 
+@full_names
 def plot_orbit(
     orbit: Orbit, ax: Axes | None, x: str | None, y: str | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -80,6 +81,7 @@ def plot_orbit(
     return artists
 
 
+@full_names
 def plot_branch(
     branch: Branch, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -186,6 +188,7 @@ CURVES: dict[str, dict[str, Any]] = {
 CURVE: dict[str, Any] = {"linewidth": 1.5}
 
 
+@full_names
 def plot_curves(
     curves: Sequence[Branch], ax: Axes | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
@@ -217,6 +220,7 @@ CIRCLE: dict[str, Any] = {"color": "#808080", "linewidth": 0.8, "zorder": 1.5}
 MULTIPLIER: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "zorder": 2.5}
 
 
+@full_names
 def plot_multipliers(
     multipliers: NDArray[np.complex128], ax: Axes | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:

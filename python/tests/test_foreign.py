@@ -299,15 +299,19 @@ def _forced(t, x, p, out):
     out[0], out[1] = x[1], math.cos(t)
 
 
-def test_what_needs_formulas_says_so(by_numba, tmp_path):
+def test_what_needs_formulas_says_so(by_numba):
     with pytest.raises(TypeError, match="cannot be written in C"):
         by_numba.to_cpp()
     with pytest.raises(TypeError, match="cannot be pickled"):
         pickle.dumps(by_numba)
     assert "f[-](t, s, p)[1]" in by_numba.latex()
+
+
+def test_the_same_system_goes_on_with_its_store(by_numba, tmp_path):
+    pytest.importorskip("zarr")
     starts = np.zeros((2, 4))
     first = fp.ensemble(by_numba, starts, (0, 1), store=tmp_path / "run.zarr")
-    # the same system may go on with its store; one that cannot be told to be the same may not
+    # one that cannot be told to be the same may not
     again = fp.ensemble(by_numba, starts, (0, 1), store=tmp_path / "run.zarr")
     assert np.array_equal(first.y, again.y)
 

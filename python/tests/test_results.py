@@ -17,6 +17,8 @@ matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.colors import to_hex  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
 
 BLOCK = fp.models.oscillator
 BOX = {"y": (-3.0, 3.0), "v": (-1.1, 3.0)}
@@ -184,6 +186,18 @@ def test_drawn_on_axes_that_are_given(made, name):
         assert not other.has_data()
         assert ax.get_xlabel()
         assert dict(matplotlib.rcParams) == before
+    finally:
+        plt.close(figure)
+
+
+@pytest.mark.parametrize("name", ["trajectory", "ensemble", "diagram", "orbit", "branch"])
+def test_short_names_of_keywords_are_those_of_matplotlib(made, name):
+    figure, ax = plt.subplots()
+    try:
+        drawn = made(name).plot(ax, c="#123456", ls=":", zorder=7.5)
+        lines = [a for a in drawn if isinstance(a, Line2D) and a.get_zorder() == 7.5]
+        assert lines
+        assert {to_hex(line.get_color()) for line in lines} == {"#123456"}
     finally:
         plt.close(figure)
 
