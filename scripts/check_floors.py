@@ -48,7 +48,15 @@ FLOORS: list[list[str]] = [
         "tape_system",
     ],
     # 3: integration
-    ["runge_kutta", "dormand_prince5", "dormand_prince8", "control", "roots"],
+    [
+        "runge_kutta",
+        "dormand_prince5",
+        "dormand_prince8",
+        "rosenbrock",
+        "rodas5p",
+        "control",
+        "roots",
+    ],
     # 4: trajectories
     [
         "clock",

@@ -6,6 +6,7 @@
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/unit_circle.hpp>
+#include <filippov/rodas5p.hpp>
 
 #include <algorithm>
 #include <array>
@@ -118,7 +119,7 @@ constexpr double floor_double = 1e-13;
 } // namespace
 
 TEMPLATE_TEST_CASE("order: P1, crossings and a stop keep the order of the method", "[order]",
-                   DormandPrince5, DormandPrince8) {
+                   DormandPrince5, DormandPrince8, Rodas5P) {
     // Half circles around +-mu, the first one cut; then rest where |x| <= mu. Exact.
     const auto solve = [](const Vec<double, 2>& x0) {
         const long double mu = static_cast<long double>(models::Coulomb::defaults[0]), t_end = 14,
@@ -156,7 +157,7 @@ TEMPLATE_TEST_CASE("order: P1, crossings and a stop keep the order of the method
 }
 
 TEMPLATE_TEST_CASE("order: P2, a crossing of a curved surface keeps the order of the method",
-                   "[order]", DormandPrince5, DormandPrince8) {
+                   "[order]", DormandPrince5, DormandPrince8, Rodas5P) {
     // r = r0 e^t on both sides, the angle turns back at r = 1; exact, one crossing.
     const auto solve = [](const Vec<double, 2>& x0) {
         const long double w = static_cast<long double>(models::UnitCircle::defaults[0]),
@@ -176,7 +177,9 @@ TEMPLATE_TEST_CASE("order: P2, a crossing of a curved surface keeps the order of
         const double radius = uniform(random, 0.25, 0.6), angle = uniform(random, 0, 6.28);
         return Vec<double, 2>(radius * std::cos(angle), radius * std::sin(angle));
     };
-    const auto steps = TestType::order == 5 ? ladder(0.012, 0.0025) : ladder(0.2, 0.04);
+    const auto steps = TestType::order == 8              ? ladder(0.2, 0.04)
+                       : std::same_as<TestType, Rodas5P> ? ladder(0.04, 0.01)
+                                                         : ladder(0.012, 0.0025);
     check_order<TestType, double>(TestType::order - 0.3, models::UnitCircle{}, steps,
                                   std::numbers::pi / 2, floor_double, start, solve);
 }
@@ -207,6 +210,16 @@ Vec<double, 2> stick_slip_start(std::mt19937& random) {
 
 } // namespace
 
+TEST_CASE("order: P3, crossings and slides on a moving surface keep the order of Rodas5P",
+          "[order]") {
+    const models::VaryingBelt sys;
+    const auto start = [](std::mt19937& random) {
+        return Vec<double, 2>(uniform(random, 2, 4), uniform(random, -1, 1));
+    };
+    const auto solve = [&](const Vec<double, 2>& x0) { return precise(sys, x0, 20.0); };
+    check_order<Rodas5P, double>(4.7, sys, ladder(0.2, 0.04), 20, floor_double, start, solve);
+}
+
 TEST_CASE("order: P3, crossings and slides on a moving surface keep the order of DormandPrince8",
           "[order]") {
     const models::VaryingBelt sys;
@@ -218,12 +231,13 @@ TEST_CASE("order: P3, crossings and slides on a moving surface keep the order of
                                         solve);
 }
 
-TEST_CASE("order: P4, slides that begin and end keep the order of DormandPrince5", "[order]") {
+TEMPLATE_TEST_CASE("order: P4, slides that begin and end keep the order of the method", "[order]",
+                   DormandPrince5, Rodas5P) {
     const auto solve = [](const Vec<double, 2>& x0) {
         return precise(models::DieciLopez{}, x0, 16.0);
     };
-    check_order<DormandPrince5, double>(4.7, models::DieciLopez{}, ladder(0.1, 0.025), 16,
-                                        floor_double, stick_slip_start, solve);
+    check_order<TestType, double>(4.7, models::DieciLopez{}, ladder(0.1, 0.025), 16, floor_double,
+                                  stick_slip_start, solve);
 }
 
 TEST_CASE("order: P4, events cost DormandPrince8 no order", "[order]") {

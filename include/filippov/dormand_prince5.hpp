@@ -12,6 +12,8 @@ namespace filippov {
 /// @source Dormand & Prince (1980), J. Comp. Appl. Math. 6, 19-26; interpolant and step control:
 ///         Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5-II.6.
 struct DormandPrince5 {
+    template <class S, int N> using Stepper = RungeKutta<DormandPrince5, S, N>;
+
     static constexpr int order = 5;
     static constexpr int stages = 7; ///< the last one is the first of the next step
     static constexpr int extra_stages = 0;

@@ -12,6 +12,8 @@ namespace filippov {
 /// @source Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., sections
 ///         II.5 and II.6 and the coefficients of the code DOP853.
 struct DormandPrince8 {
+    template <class S, int N> using Stepper = RungeKutta<DormandPrince8, S, N>;
+
     static constexpr int order = 8;
     static constexpr int stages = 13;      ///< the last one is the first of the next step
     static constexpr int extra_stages = 3; ///< for the interpolant

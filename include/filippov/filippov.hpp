@@ -19,5 +19,6 @@
 #include <filippov/models/stiff_relay.hpp>
 #include <filippov/models/unit_circle.hpp>
 #include <filippov/refine.hpp>
+#include <filippov/rodas5p.hpp>
 #include <filippov/trajectory.hpp>
 #include <filippov/version.hpp>

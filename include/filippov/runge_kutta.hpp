@@ -36,9 +36,15 @@ public:
     using Scalar = S;
     using State = Vec<S, N>;
     using Polynomial = Interpolant<S, N, 4 + Tableau::d_rows>;
+    static constexpr bool probes_stages = true; ///< rhs sees where the solution is
     static constexpr std::size_t last = Tableau::stages - 1;
 
     std::array<State, Tableau::stages + Tableau::extra_stages> k;
+
+    /// The field at the start of a first step ...
+    FILIPPOV_INLINE void begin(const State& f0) { k[0] = f0; }
+    /// ... and of the one after this.
+    FILIPPOV_INLINE void go_on() { k[0] = k[last]; }
 
     /// Takes k[0] = f(t, x) as given, fills the other stages and x1 = x(t + dt).
     /// @param dt  an S, or the plain number under it

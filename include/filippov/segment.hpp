@@ -4,13 +4,14 @@
 
 #include <filippov/clock.hpp>
 #include <filippov/control.hpp>
+#include <filippov/dual.hpp>
 #include <filippov/event.hpp>
 #include <filippov/guards.hpp>
 #include <filippov/intersection.hpp>
 #include <filippov/landing.hpp>
 #include <filippov/observers.hpp>
 #include <filippov/roots.hpp>
-#include <filippov/runge_kutta.hpp>
+#include <filippov/rosenbrock.hpp>
 #include <filippov/settings.hpp>
 #include <filippov/status.hpp>
 
@@ -70,6 +71,7 @@ public:
     static constexpr int n_guards = 3 * M + Sec::capacity;
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
+    using Stepper = typename Tableau::template Stepper<S, N>;
 
     Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
             const Settings<S, N>& settings, Obs& observer, const Sec& sections)
@@ -260,6 +262,9 @@ public:
     }
 
 private:
+    /// Where in a step guards are probed.
+    using StepTimes =
+        std::conditional_t<Stepper::probes_stages, StageTimes<Tableau, S>, WindowTimes<S>>;
     using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
                                                       WindowTimes<S>::n + 1)>;
 
@@ -285,7 +290,7 @@ private:
             else
                 return side_field(seg.sys_, seg.mode_, t, x, seg.p_);
         }
-        FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
+        FILIPPOV_INLINE void probe(std::size_t k, const S& t, const X& x) {
             const Vec<S, M> h = switching(seg.sys_, t, x, seg.p_);
             if constexpr (Side != 0)
                 seg.probe(0, k, h[0]);
@@ -293,8 +298,12 @@ private:
                 for (int j = 0; j < M; ++j)
                     seg.probe(Guard<M>::below(j), k, h[j]);
             seg.probe_sections(k, t, x);
+        }
+        FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
+            probe(k, t, x);
             return field(t, x);
         }
+        auto slopes(const S& t, const X& x) const { return seg.slopes(t, x); }
     };
 
     /// The sliding field; a stage is put on the surface first, so that the fields need not exist
@@ -310,6 +319,7 @@ private:
             else
                 return joint_sliding(seg.sys_, seg.mode_, t, y, seg.p_);
         }
+        FILIPPOV_INLINE void probe(std::size_t k, const S& t, const X& x) { (*this)(k, t, x); }
         FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
             const auto slide = at(t, x);
             if constexpr (single_v<Sys>) {
@@ -326,7 +336,30 @@ private:
             seg.probe_sections(k, t, x);
             return slide.f;
         }
+        auto slopes(const S& t, const X& x) const { return seg.slopes(t, x); }
     };
+
+    /// Derivatives of the field of the current mode, as its stages see it.
+    Slopes<S, N> slopes(const S& t, const X& x) const {
+        using D = Dual<S, N + 1>;
+        const D time = D::variable(t, N);
+        State<Sys, D> y;
+        for (int i = 0; i < N; ++i)
+            y[i] = D::variable(x[i], i);
+        Params<Sys, D> p;
+        for (int i = 0; i < params_v<Sys>; ++i)
+            p[i] = D(p_[i]);
+        if (mode_.sliding() > 0)
+            y = toward(sys_, held_, time, y, p, scale_);
+        const State<Sys, D> f = filippov::mode_field(sys_, mode_, time, y, p);
+        Slopes<S, N> r;
+        for (int i = 0; i < N; ++i) {
+            r.by_t[i] = f[i].d[N];
+            for (int k = 0; k < N; ++k)
+                r.by_x(i, k) = f[i].d[std::size_t(k)];
+        }
+        return r;
+    }
 
     /// First step size by the field of the current mode: Hairer, Norsett, Wanner I, II.4.
     S estimate_first_step(const S& span) const {
@@ -487,7 +520,7 @@ private:
             total += sum[i];
         for (int j = 0; j < M; ++j)
             if (mode_[j] != 0)
-                total += trace(Guard<M>::below(j)).template sum<StageTimes<Tableau, S>>();
+                total += trace(Guard<M>::below(j)).template sum<StepTimes>();
         return total * S(0) == S(0);
     }
     bool starts_on_root() const {
@@ -782,6 +815,16 @@ private:
         for (int i = 0; i < N; ++i)
             scale_[i] =
                 std::max(S(settings_.atol[i] + settings_.rtol * abs_(x[i])), smallest_scale);
+        limit(scale_, x, clock_.local, x);
+    }
+    /// Takes scales down to what the system lets a step from `from` to (t, x) err.
+    FILIPPOV_INLINE void limit([[maybe_unused]] X& scale, [[maybe_unused]] const X& from,
+                               [[maybe_unused]] const S& t, [[maybe_unused]] const X& x) const {
+        if constexpr (HasLargestError<Sys, S>) {
+            const X largest = sys_.largest_error(clock_.local, from, t, x, p_);
+            for (int i = 0; i < N; ++i)
+                scale[i] = std::max(std::min(scale[i], largest[i]), smallest_scale);
+        }
     }
     S norm(const X& v) const {
         using std::sqrt;
@@ -794,8 +837,10 @@ private:
     FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
         X weight;
         for (int i = 0; i < N; ++i)
-            weight[i] =
-                dt / std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
+            weight[i] = std::max(scale_[i], S(settings_.atol[i] + settings_.rtol * abs_(x1[i])));
+        limit(weight, x_, S(clock_.local + dt), x1);
+        for (int i = 0; i < N; ++i)
+            weight[i] = dt / weight[i];
         return Tableau::squared_error(rk_, weight);
     }
 
@@ -823,10 +868,10 @@ private:
         }
     }
 
-    /// A step over [clock, clock + dt] by the Runge-Kutta pair, its interpolant built when first
+    /// A step over [clock, clock + dt] by the method, its interpolant built when first
     /// asked for.
-    template <class Rhs> struct RungeKuttaPath {
-        using Times = StageTimes<Tableau, S>;
+    template <class Rhs> struct TrialPath {
+        using Times = StepTimes;
         static constexpr bool slides = Rhs::slides;
 
         Segment& seg;
@@ -834,9 +879,9 @@ private:
         S dt;
         X x1;
         bool built = false;
-        typename RungeKutta<Tableau, S, N>::Polynomial polynomial;
+        typename Stepper::Polynomial polynomial;
 
-        RungeKuttaPath(Segment& segment, Rhs& field, const S& step)
+        TrialPath(Segment& segment, Rhs& field, const S& step)
             : seg(segment), rhs(field), dt(step) {}
 
         X on_surface(const X& x, const S& t) const {
@@ -844,6 +889,17 @@ private:
                 return project(seg.sys_, seg.held_, t, x, seg.p_, seg.scale_);
             else
                 return x;
+        }
+        void put_end_on_surface() {
+            x1 = on_surface(x1, S(seg.clock_.local + dt));
+            built = false;
+        }
+        /// Probes the guards along the interpolant.
+        void probe() {
+            for (std::size_t k = 1; k <= Times::n; ++k) {
+                const S theta = Times::theta(k);
+                rhs.probe(k, S(seg.clock_.local + theta * dt), (*this)(theta));
+            }
         }
         X operator()(const S& theta) {
             if (!built) {
@@ -861,7 +917,7 @@ private:
                 piece.polynomial.c[m] = polynomial.c[m];
         }
         bool finite() const { return all_finite<S, N>(x1); }
-        const X& end_field() const { return seg.rk_.k[RungeKutta<Tableau, S, N>::last]; }
+        const X& end_field() const { return seg.rk_.k[Stepper::last]; }
         FILIPPOV_COLD void shorten(const S& d) {
             seg.rk_.step(rhs, seg.clock_.local, seg.x_, d, x1);
             x1 = on_surface(x1, S(seg.clock_.local + d));
@@ -871,7 +927,7 @@ private:
         }
         /// Moves the end by a second-order Taylor step, x'' from the stages.
         void nudge(const S& delta) {
-            X& end = seg.rk_.k[RungeKutta<Tableau, S, N>::last];
+            X& end = seg.rk_.k[Stepper::last];
             for (int i = 0; i < N; ++i) {
                 const S bend = dt != S(0) ? (end[i] - seg.rk_.k[0][i]) / dt : S(0);
                 x1[i] += delta * (end[i] + delta / S(2) * bend);
@@ -964,7 +1020,7 @@ private:
 
     template <class Rhs> FILIPPOV_FLATTEN Stop run(Rhs rhs) {
         if (!have_k0_) {
-            rk_.k[0] = rhs.field(clock_.local, x_);
+            rk_.begin(rhs.field(clock_.local, x_));
             ++counters_.field;
             have_k0_ = true;
             if (!all_finite<S, N>(rk_.k[0]))
@@ -998,9 +1054,11 @@ private:
                 return {fail_small(bad_stage)};
             }
 
-            RungeKuttaPath<Rhs> path(*this, rhs, dt);
+            TrialPath<Rhs> path(*this, rhs, dt);
             rk_.step(rhs, clock_.local, x_, dt, path.x1);
             counters_.field += Tableau::stages - 1;
+            if constexpr (!Stepper::probes_stages)
+                path.probe();
             const bool good = finite(path.x1);
             const S error = good && !fixed ? step_error(path.x1, dt) : S(0);
             if (!good || !(error <= S(1))) {
@@ -1012,15 +1070,15 @@ private:
                     return {fail_small(true)};
                 continue;
             }
-            if (swings<RungeKuttaPath<Rhs>>() && !fixed && abs_(dt) > S(64) * resolution()) {
+            if (swings<TrialPath<Rhs>>() && !fixed && abs_(dt) > S(64) * resolution()) {
                 ++counters_.rejected;
                 reach_ = abs_(dt) / S(2);
                 continue;
             }
-            path.x1 = path.on_surface(path.x1, S(clock_.local + dt));
+            path.put_end_on_surface();
 
             Found found;
-            if (!settings_.skip_root_search || any_doubt<RungeKuttaPath<Rhs>>()) {
+            if (!settings_.skip_root_search || any_doubt<TrialPath<Rhs>>()) {
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * resolution() || !starts_on_root())
@@ -1036,21 +1094,20 @@ private:
                     dt_ = proposed;
                 const S further =
                     Rhs::slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
-                reach_ = Rhs::slides && M == 1
-                             ? further
-                             : std::min(further, reach_after<RungeKuttaPath<Rhs>>(dt));
+                reach_ = Rhs::slides && M == 1 ? further
+                                               : std::min(further, reach_after<TrialPath<Rhs>>(dt));
             }
             bad_stage = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
                 if (!stop.missed) {
-                    rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
+                    rk_.go_on();
                     return stop;
                 }
             }
             accept(path);
-            rk_.k[0] = rk_.k[RungeKutta<Tableau, S, N>::last];
-            keep_guard_values<RungeKuttaPath<Rhs>>();
+            rk_.go_on();
+            keep_guard_values<TrialPath<Rhs>>();
         }
     }
 
@@ -1160,7 +1217,7 @@ private:
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
-    RungeKutta<Tableau, S, N> rk_;
+    Stepper rk_;
     StepControl<Tableau> control_;
     X scale_;
     std::array<GuardTrace, n_guards> traces_{};

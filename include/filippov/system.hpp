@@ -382,6 +382,15 @@ template <class R, class Sys> R derivative_error([[maybe_unused]] const Sys& sys
         return R(100) * epsilon<R>;
 }
 
+/// largest_error(t0, x0, t1, x1, p): how much a step from (t0, x0) to (t1, x1) may err in each
+/// component, whatever the tolerance: where a field changes over a distance that the system knows
+/// and no tolerance does.
+template <class Sys, class S>
+concept HasLargestError =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.largest_error(t, x, t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
+
 /// How many parameters are given: all, unless the system computes the last ones from the others.
 template <class Sys> int given_params([[maybe_unused]] const Sys& sys) {
     if constexpr (requires { sys.given(); })

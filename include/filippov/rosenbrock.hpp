@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One step of a Rosenbrock method, linearly implicit: for stiff fields. A method is a tableau (see
+// rodas5p.hpp); there is one stepper.
+#pragma once
+
+#include <filippov/runge_kutta.hpp>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+
+namespace filippov {
+
+/// Derivatives of a field at one point.
+template <class S, int N> struct Slopes {
+    Mat<S, N, N> by_x; ///< the Jacobian
+    Vec<S, N> by_t;
+};
+
+/// The stages of one step:
+///
+///   (1/(gamma dt) - J) u_i = f(t + c_i dt, x + sum_j a_ij u_j) + sum_j C_ij u_j / dt + d_i dt f_t
+///
+/// x1 is the argument of the last stage plus its u, which is also the estimate of the error. J and
+/// f_t are exact and belong to the start of the step: however often a step is tried or shortened,
+/// they are computed once.
+///
+/// The estimate u is what the linear part makes of the error, and a start deep in a stiff layer
+/// makes nothing of a step that leaves the layer. So the end is asked, too: what f and the slope of
+/// the interpolant differ by there, seen through the Jacobian there, which is that of the next
+/// start.
+///
+/// Called as RungeKutta is, except that `rhs` also gives `field(t, x)`, the derivative that nobody
+/// watches, and `slopes(t, x)`. Stages are too crude to tell where a solution is: guards are probed
+/// on the interpolant, which costs no field.
+/// @source Hairer & Wanner, Solving Ordinary Differential Equations II, IV.7
+template <class Tableau, class S, int N> class Rosenbrock {
+public:
+    using Scalar = S;
+    using State = Vec<S, N>;
+    using Polynomial = Interpolant<S, N, 5>;
+    static constexpr bool probes_stages = false;
+    static constexpr std::size_t last = Tableau::stages - 1; ///< the field at the end
+
+    std::array<State, Tableau::stages> k;
+
+    /// The field may be another one than before.
+    void begin(const State& f0) {
+        k[0] = f0;
+        start_.forget();
+        end_.forget();
+    }
+    void go_on() { k[0] = k[last]; }
+
+    template <class Rhs> void step(Rhs& rhs, const S& t, const State& x, const S& dt, State& x1) {
+        if (!start_.is_at(t, x)) {
+            if (end_.is_at(t, x))
+                start_ = end_;
+            else
+                start_.move_to(t, x, rhs);
+        }
+        const auto solver = matrix(start_, dt);
+        for (std::size_t i = 0; i < last; ++i) {
+            State at = x, b = (S(Tableau::d[i]) * dt) * start_.slopes.by_t;
+            for (std::size_t j = 0; j < i; ++j) {
+                if (Tableau::a[i][j] != 0)
+                    at += S(Tableau::a[i][j]) * u_[j];
+                b += (S(Tableau::C[i][j]) / dt) * u_[j];
+            }
+            if (i > 0)
+                k[i] = rhs.field(S(t + S(Tableau::c[i]) * dt), at);
+            b += k[i];
+            u_[i] = solver.solve(b);
+            x1 = at + u_[i];
+        }
+        k[last] = rhs.field(S(t + dt), x1);
+        end_.move_to(S(t + dt), x1, rhs);
+        const Polynomial p = interpolant(rhs, t, x, dt, x1);
+        const State slope = (p.c[1] - p.c[2] - p.c[3]) / dt;
+        error_ = u_[last - 1] / dt;
+        defect_ = matrix(end_, dt).solve(State(k[last] - slope)) / dt;
+    }
+
+    /// The interpolant over the step just taken; x1 may have been moved onto a surface since.
+    template <class Rhs>
+    Polynomial interpolant(Rhs&, const S&, const State& x, const S&, const State& x1) const {
+        std::array<State, 3> q;
+        for (std::size_t r = 0; r < q.size(); ++r) {
+            q[r].setZero();
+            for (std::size_t j = 0; j < last; ++j)
+                q[r] += S(Tableau::h[r][j]) * u_[j];
+        }
+        // theta (q1 + theta q2) = theta ((q1 + q2) - (1 - theta) q2)
+        return {{x, State(x1 - x), q[0], State(q[1] + q[2]), State(-q[2])}};
+    }
+
+    /// Mean over the components of the square of the error, by weights that have the step in them:
+    /// of the estimate or of the defect, whichever is larger.
+    S mean_square_error(const State& weight) const {
+        S error(0), defect(0);
+        for (int i = 0; i < N; ++i) {
+            error += weight[i] * error_[i] * weight[i] * error_[i];
+            defect += weight[i] * defect_[i] * weight[i] * defect_[i];
+        }
+        return std::max(error, defect) / S(N);
+    }
+
+    /// Finite only if every stage of the step is.
+    State sum_of_stages() const {
+        State sum = k[1];
+        for (std::size_t j = 2; j <= last; ++j)
+            sum += k[j];
+        return sum;
+    }
+
+private:
+    /// A point and the field's derivatives there.
+    struct Linearised {
+        S t = nowhere;
+        State x;
+        Slopes<S, N> slopes;
+
+        static constexpr S nowhere = std::numeric_limits<S>::quiet_NaN();
+        void forget() { t = nowhere; }
+
+        bool is_at(const S& time, const State& state) const { return t == time && x == state; }
+        template <class Rhs> void move_to(const S& time, const State& state, const Rhs& rhs) {
+            t = time;
+            x = state;
+            slopes = rhs.slopes(time, state);
+        }
+    };
+    static auto matrix(const Linearised& at, const S& dt) {
+        Mat<S, N, N> m = -at.slopes.by_x;
+        for (int i = 0; i < N; ++i)
+            m(i, i) += S(1) / (S(Tableau::gamma) * dt);
+        return Eigen::PartialPivLU<Mat<S, N, N>>(m);
+    }
+
+    Linearised start_, end_;
+    std::array<State, last> u_;
+    State error_, defect_; ///< divided by the step
+};
+
+} // namespace filippov
