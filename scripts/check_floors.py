@@ -65,6 +65,7 @@ FLOORS: list[list[str]] = [
         "landing",
         "accumulation",
         "settings",
+        "smoothing",
         "observers",
         "segment",
         "flow",

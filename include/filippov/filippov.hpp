@@ -20,5 +20,6 @@
 #include <filippov/models/unit_circle.hpp>
 #include <filippov/refine.hpp>
 #include <filippov/rodas5p.hpp>
+#include <filippov/smoothing.hpp>
 #include <filippov/trajectory.hpp>
 #include <filippov/version.hpp>
