@@ -53,10 +53,17 @@ def test_groups_lie_where_attractors_enter(cells):
     assert cells.sink_basin == 0
 
 
-def test_nothing_depends_on_threads_or_tiles(tmp_path, cells):
-    for other in (mapped(threads=1), mapped(tile=120), mapped(store=tmp_path / "run.zarr")):
+def test_nothing_depends_on_threads_or_tiles(cells):
+    for other in (mapped(threads=1), mapped(tile=120)):
         np.testing.assert_array_equal(other.image, cells.image)
         np.testing.assert_array_equal(other.group, cells.group)
+
+
+def test_a_store_knows_its_section(tmp_path, cells):
+    pytest.importorskip("zarr")
+    stored = mapped(store=tmp_path / "run.zarr")
+    np.testing.assert_array_equal(stored.image, cells.image)
+    np.testing.assert_array_equal(stored.group, cells.group)
     with pytest.raises(ValueError, match="made with section = 'enter_sliding', expected 'cross'"):
         fp.cell_map(BLOCK, GRID, rest={"v": 1.0}, section="cross", store=tmp_path / "run.zarr")
 

@@ -20,6 +20,13 @@ GRID = {"y": (-4, 4, 24), "v": (-3, 4, 25)}
 QUICK = {"seeds": 32, "saddle_starts": 9, "audit": 40}
 
 
+@pytest.fixture
+def tmp_path(tmp_path):
+    """Where stores are written, if there is what writes them (from Python 3.11 on)."""
+    pytest.importorskip("zarr")
+    return tmp_path
+
+
 def basins(**kwargs):
     return fp.basins(BLOCK, GRID, **(QUICK | kwargs))
 
