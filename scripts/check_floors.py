@@ -28,6 +28,7 @@ FLOORS: list[list[str]] = [
         "dual",
         "status",
         "parallel",
+        "smooth_law",
         "elimination",
         "external",
         "expression",
@@ -45,6 +46,7 @@ FLOORS: list[list[str]] = [
         "mode",
         "junction",
         "split",
+        "switch_formulas",
         "tape_system",
     ],
     # 3: integration
@@ -66,6 +68,7 @@ FLOORS: list[list[str]] = [
         "accumulation",
         "settings",
         "smoothing",
+        "time_stepping",
         "observers",
         "segment",
         "flow",

@@ -12,8 +12,9 @@ using namespace filippov;
 namespace {
 
 /// Every function of one number, at a point where it is smooth.
-const std::vector<Op> functions{Op::neg,  Op::sqrt, Op::exp,  Op::log,  Op::sin,  Op::cos, Op::tan,
-                                Op::asin, Op::atan, Op::sinh, Op::cosh, Op::tanh, Op::sign};
+const std::vector<Op> functions{Op::neg,  Op::sqrt, Op::exp,       Op::log,  Op::sin,
+                                Op::cos,  Op::tan,  Op::asin,      Op::atan, Op::sinh,
+                                Op::cosh, Op::tanh, Op::magnitude, Op::sign};
 
 } // namespace
 

@@ -14,8 +14,9 @@ using namespace filippov;
 
 namespace {
 
-const std::vector<Op> functions{Op::neg,  Op::sqrt, Op::exp,  Op::log,  Op::sin,  Op::cos, Op::tan,
-                                Op::asin, Op::atan, Op::sinh, Op::cosh, Op::tanh, Op::sign};
+const std::vector<Op> functions{Op::neg,  Op::sqrt, Op::exp,       Op::log,  Op::sin,
+                                Op::cos,  Op::tan,  Op::asin,      Op::atan, Op::sinh,
+                                Op::cosh, Op::tanh, Op::magnitude, Op::sign};
 
 template <class S> S ran(const Tape& tape, const S& t, const std::vector<S>& x, std::vector<S> p) {
     S out(0);
@@ -53,6 +54,7 @@ Expr random_formula(Graph& g, std::mt19937_64& random, int operations) {
             break;
         default:
             all.push_back(g.unary(Op::tanh, a));
+            all.push_back(g.unary(Op::magnitude, a));
         }
     }
     Expr sum = all.back();

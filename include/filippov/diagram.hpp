@@ -31,6 +31,7 @@ struct EventKinds {
 struct DiagramSection {
     EventKinds events{EventKind::exit_sliding}; ///< at events of these kinds
     int surface = -1;    ///< of this surface only (section for kind `section`); -1: of any
+    int direction = 0;   ///< +1: only to the side where its h > 0; -1: to the other; 0: to any
     bool strobe = false; ///< instead: once a period, where its index changes
 };
 
@@ -96,6 +97,9 @@ public:
             kind = kind_of(e.mode_before[surface], e.mode_after[surface]);
         }
         if (!section_.events.has(kind))
+            return;
+        if (section_.direction != 0 &&
+            (surface < 0 || surface >= M || e.mode_after[surface] != section_.direction))
             return;
         const S when = period_ > S(0) ? S(e.period + shift_) : e.t_local;
         take({e.period, e.t_local, e.x_right, kind, surface, boundary(e, kind, surface)},
@@ -207,6 +211,8 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
         refuse("section.events", 0, "expected at least one kind of event, or strobe");
     if (d.section.strobe && !has_period)
         refuse("section.strobe", 1, "expected a system with a period");
+    if (!(d.section.direction >= -1 && d.section.direction <= 1))
+        refuse("section.direction", d.section.direction, "expected -1, 0 or +1");
     if (!(d.section.surface >= -1))
         refuse("section.surface", d.section.surface, "expected an index, or -1");
     require_positive("chains", d.chains);

@@ -45,6 +45,7 @@ enum class Op : std::uint8_t {
     sinh,
     cosh,
     tanh,
+    magnitude, ///< |a| of which nobody asks where it has its kink
     // that switch
     sign,
     where, ///< b where a is 1, c where it is 0
@@ -461,6 +462,8 @@ private:
             return std::cosh(v[0]);
         case Op::tanh:
             return std::tanh(v[0]);
+        case Op::magnitude:
+            return std::abs(v[0]);
         case Op::sign:
             return v[0] > 0 ? 1 : v[0] < 0 ? -1 : v[0]; // NaN stays
         case Op::where:
@@ -522,6 +525,8 @@ private:
             return inner(unary(Op::sinh, a));
         case Op::tanh:
             return inner(sub(one, mul(e, e)));
+        case Op::magnitude:
+            return inner(sign(a));
         case Op::sign:
             return constant(0);
         case Op::where:

@@ -21,5 +21,6 @@
 #include <filippov/refine.hpp>
 #include <filippov/rodas5p.hpp>
 #include <filippov/smoothing.hpp>
+#include <filippov/time_stepping.hpp>
 #include <filippov/trajectory.hpp>
 #include <filippov/version.hpp>

@@ -821,6 +821,9 @@ private:
     FILIPPOV_INLINE void limit([[maybe_unused]] X& scale, [[maybe_unused]] const X& from,
                                [[maybe_unused]] const S& t, [[maybe_unused]] const X& x) const {
         if constexpr (HasLargestError<Sys, S>) {
+            if constexpr (requires { sys_.limits_errors(); })
+                if (!sys_.limits_errors())
+                    return;
             const X largest = sys_.largest_error(clock_.local, from, t, x, p_);
             for (int i = 0; i < N; ++i)
                 scale[i] = std::max(std::min(scale[i], largest[i]), smallest_scale);

@@ -25,6 +25,9 @@ struct Definition {
     // one entry a region: bit j of its number is set where h_j > 0
     std::vector<std::vector<Expr>> region;
     Expr period = -1; ///< -1: none
+    /// What changes over a distance of about 1: the arguments of smoothed switches, times their
+    /// steepness.
+    std::vector<Expr> layer;
 
     int surfaces() const { return int(h.size()); }
 };
@@ -82,6 +85,28 @@ public:
     /// @error std::invalid_argument for too many of them
     void discover(std::span<const Expr> all) { explore(all, {}); }
 
+    /// The surface that an argument of `sign` belongs to: sign(u) = orientation sign(h).
+    struct Side {
+        int surface;
+        Expr orientation; ///< 1, -1, or the sign of something of the parameters
+    };
+    /// @error std::invalid_argument if it is one surface too many
+    Side side_of(Expr u) {
+        if (const auto found = known_.find(u); found != known_.end())
+            return found->second;
+        for (std::size_t j = 0; j < surfaces_.size(); ++j)
+            if (const auto orientation = proportion(u, surfaces_[j])) {
+                known_[u] = {int(j), *orientation};
+                return known_[u];
+            }
+        if (surfaces_.size() == most_split_surfaces)
+            throw std::invalid_argument("filippov: the field switches on more than " +
+                                        std::to_string(most_split_surfaces) + " surfaces");
+        surfaces_.push_back(u);
+        known_[u] = {int(surfaces_.size()) - 1, graph_.constant(1)};
+        return known_[u];
+    }
+
     /// An expression on the given sides of all surfaces.
     Expr on_sides(Expr e, std::span<const int> side) { return restricted(e, side); }
 
@@ -131,7 +156,7 @@ private:
         }
         if (first < 0)
             return;
-        const std::size_t j = std::size_t(side_of(graph_[first].arg[0])->surface);
+        const std::size_t j = std::size_t(side_of(graph_[first].arg[0]).surface);
         side.resize(surfaces_.size(), unknown);
         for (const int s : {-1, 1}) {
             side[j] = s;
@@ -156,35 +181,15 @@ private:
             return e;
         return graph_.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
             if (graph_[i].op == Op::sign && graph_.varies(arg[0]) && !has_switch(arg[0])) {
-                const auto found = side_of(arg[0]);
-                const auto j = std::size_t(found->surface);
+                const Side found = side_of(arg[0]);
+                const auto j = std::size_t(found.surface);
                 if (j < side.size() && side[j] != unknown)
-                    return side[j] > 0 ? found->orientation : graph_.neg(found->orientation);
+                    return side[j] > 0 ? found.orientation : graph_.neg(found.orientation);
             }
             return graph_.with_args(i, arg);
         });
     }
 
-    /// The surface that an argument of `sign` belongs to: sign(u) = orientation sign(h).
-    struct Side {
-        int surface;
-        Expr orientation; ///< 1, -1, or the sign of something of the parameters
-    };
-    std::optional<Side> side_of(Expr u) {
-        if (const auto found = known_.find(u); found != known_.end())
-            return found->second;
-        for (std::size_t j = 0; j < surfaces_.size(); ++j)
-            if (const auto orientation = proportion(u, surfaces_[j])) {
-                known_[u] = {int(j), *orientation};
-                return known_[u];
-            }
-        if (surfaces_.size() == most_split_surfaces)
-            throw std::invalid_argument("filippov: the field switches on more than " +
-                                        std::to_string(most_split_surfaces) + " surfaces");
-        surfaces_.push_back(u);
-        known_[u] = {int(surfaces_.size()) - 1, graph_.constant(1)};
-        return known_[u];
-    }
     /// The sign of u/h if that is the same at all times and states.
     std::optional<Expr> proportion(Expr u, Expr h) {
         if (u == h)
@@ -335,6 +340,19 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
             full |= ((code >> k) & 1) << kept[k];
         d.region.push_back(all[full]);
     }
+}
+
+/// Adds a surface at which nothing changes, for the event of crossing it.
+/// @error std::invalid_argument if it is one too many
+inline void watch(Definition& d, Expr h) {
+    if (d.surfaces() == most_split_surfaces)
+        throw std::invalid_argument("filippov: there are more than " +
+                                    std::to_string(most_split_surfaces) + " surfaces");
+    d.h.push_back(h);
+    d.kind.push_back(SurfaceKind::kink);
+    d.jump.emplace_back();
+    const auto same = d.region;
+    d.region.insert(d.region.end(), same.begin(), same.end());
 }
 
 } // namespace filippov

@@ -384,7 +384,8 @@ template <class R, class Sys> R derivative_error([[maybe_unused]] const Sys& sys
 
 /// largest_error(t0, x0, t1, x1, p): how much a step from (t0, x0) to (t1, x1) may err in each
 /// component, whatever the tolerance: where a field changes over a distance that the system knows
-/// and no tolerance does.
+/// and no tolerance does. A system that is made at run time says by `limits_errors()` if it has
+/// something to say.
 template <class Sys, class S>
 concept HasLargestError =
     requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {

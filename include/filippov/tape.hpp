@@ -86,6 +86,8 @@ enum class Code : std::uint8_t {
     cosh_a,
     tanh,
     tanh_a,
+    magnitude,
+    magnitude_a,
     sign,
     sign_a,
     call, // external function a, into as many slots as it has outputs; nothing is at hand after it
@@ -148,8 +150,8 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
     using detail::Code;
     using elementary::cos;
     using elementary::sin;
-    using std::asin, std::atan, std::cosh, std::exp, std::log, std::pow, std::sinh, std::sqrt,
-        std::tan, std::tanh;
+    using std::abs, std::asin, std::atan, std::cosh, std::exp, std::log, std::pow, std::sinh,
+        std::sqrt, std::tan, std::tanh;
     const S* const base[4] = {slots, x, p, &t};
     const auto at = [&base](detail::Operand o)
                         FILIPPOV_LAMBDA_INLINE -> const S& { return base[o.space][o.index]; };
@@ -355,6 +357,12 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
             break;
         case Code::tanh_a:
             acc = tanh(S(acc));
+            break;
+        case Code::magnitude:
+            acc = abs(at(i->a));
+            break;
+        case Code::magnitude_a:
+            acc = abs(S(acc));
             break;
         case Code::sign:
             acc = sign(at(i->a));

@@ -46,6 +46,13 @@ public:
             region.push_back(tape(f));
         for (const auto& after : d.jump)
             jump.push_back(tape(after));
+        for (const Expr u : d.layer) {
+            std::vector<Expr> gradient;
+            for (const Expr i : x)
+                gradient.push_back(graph.derivative(u, i));
+            grad_layer.push_back(tape(gradient));
+        }
+        layer = tape(d.layer);
         if (d.period >= 0)
             period.push_back(tape(std::array{d.period}));
         kind = d.kind;
@@ -73,6 +80,8 @@ public:
     Plane plane;
     Tape h, derived;
     std::vector<Tape> grad_h, h_t, region, jump;
+    Tape layer; ///< what changes over a distance of about 1; its gradients
+    std::vector<Tape> grad_layer;
     std::vector<Tape> period; ///< none, or one
     std::vector<SurfaceKind> kind;
     int splits = 0; ///< surfaces that are no jumps; they come first
@@ -199,6 +208,28 @@ public:
     int components() const { return program_->dim; }
     /// Differences are good to 1e-12 of a function, and derivatives may be a thousandth of it.
     double derivative_error() const { return program_->external ? 1e-9 : 0.0; }
+
+    bool limits_errors() const { return !program_->grad_layer.empty(); }
+    /// As of Smoothed: a tenth of the distance from a layer's middle, and of the layer there.
+    template <class S>
+    X<S> largest_error(const S& t0, const X<S>& x0, const S& t1, const X<S>& x1,
+                       const Q<S>& p) const {
+        using std::abs;
+        X<S> largest = X<S>::Constant(S(std::numeric_limits<Real<S>>::max()));
+        std::array<S, most_split_surfaces> before, after;
+        program_->layer.run(t0, x0.data(), p.data(), before.data());
+        program_->layer.run(t1, x1.data(), p.data(), after.data());
+        for (std::size_t j = 0; j < program_->grad_layer.size(); ++j) {
+            const S a = abs(before[j]), b = abs(after[j]);
+            const S nearest = select(before[j] * after[j] > S(0), select(a < b, a, b), S(0)) + S(1);
+            const X<S> gradient = field(program_->grad_layer[j], t1, x1, p);
+            for (int i = 0; i < N; ++i) {
+                const S share = S(0.1) * nearest / abs(gradient[i]);
+                largest[i] = select(share < largest[i], share, largest[i]);
+            }
+        }
+        return largest;
+    }
 
     // --- parameters ------------------------------------------------------------------------------
 

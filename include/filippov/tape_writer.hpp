@@ -323,6 +323,8 @@ private:
             return Code::cosh;
         case Op::tanh:
             return Code::tanh;
+        case Op::magnitude:
+            return Code::magnitude;
         case Op::sign:
             return Code::sign;
         default:

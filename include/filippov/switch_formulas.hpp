@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Formulas with something else in place of their switches: smooth functions, or blend variables.
+#pragma once
+
+#include <filippov/expression.hpp>
+#include <filippov/smooth_law.hpp>
+#include <filippov/split.hpp>
+
+#include <algorithm>
+#include <numbers>
+#include <span>
+#include <vector>
+
+namespace filippov {
+
+/// An expression with `other(u)` for each sign(u) that changes with time or state.
+///
+/// |u|, which is u sign(u), stays what it is: smoothing and time stepping want the true magnitude
+/// of what switches. A choice between two expressions becomes their blend.
+template <class F> Expr replace_switches(Graph& graph, Expr e, const F& other) {
+    const auto sign_of = [&](Expr s, Expr u) {
+        return graph[s].op == Op::sign && graph[s].arg[0] == u && graph.varies(u);
+    };
+    return graph.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+        const Graph::Node n = graph[i];
+        if (n.op == Op::sign && graph.varies(n.arg[0]))
+            return other(arg[0]);
+        if (n.op == Op::mul && sign_of(n.arg[0], n.arg[1]))
+            return graph.unary(Op::magnitude, arg[1]);
+        if (n.op == Op::mul && sign_of(n.arg[1], n.arg[0]))
+            return graph.unary(Op::magnitude, arg[0]);
+        if (n.op == Op::where && graph.varies(n.arg[0]))
+            return graph.add(arg[2], graph.mul(arg[0], graph.sub(arg[1], arg[2])));
+        return graph.with_args(i, arg);
+    });
+}
+
+/// s(u) as a formula.
+inline Expr smooth_sign(Graph& graph, SmoothLaw law, Expr u) {
+    const Expr one = graph.constant(1);
+    switch (law) {
+    case SmoothLaw::arctan:
+        return graph.mul(graph.constant(2 / std::numbers::pi), graph.unary(Op::atan, u));
+    case SmoothLaw::tanh:
+        return graph.unary(Op::tanh, u);
+    default: // (|u + 1| - |u - 1|)/2, whose corners are kinks
+        return graph.mul(graph.constant(0.5),
+                         graph.sub(graph.abs(graph.add(u, one)), graph.abs(graph.sub(u, one))));
+    }
+}
+
+/// A right-hand side whose switches are smooth, and what they are functions of.
+struct SmoothFormulas {
+    std::vector<Expr> field;
+    std::vector<Expr> argument; ///< u of each s(c1 u), each once
+};
+/// @param c1  steepness, an expression of the parameters
+inline SmoothFormulas smooth_formulas(Graph& graph, std::span<const Expr> field, SmoothLaw law,
+                                      Expr c1) {
+    SmoothFormulas smooth;
+    for (const Expr e : field)
+        smooth.field.push_back(replace_switches(graph, e, [&](Expr u) {
+            if (std::find(smooth.argument.begin(), smooth.argument.end(), u) ==
+                smooth.argument.end())
+                smooth.argument.push_back(u);
+            return smooth_sign(graph, law, graph.mul(c1, u));
+        }));
+    return smooth;
+}
+
+/// A right-hand side with a parameter for the blend variable of each switching surface; s_j is
+/// parameter `first` + j.
+/// @param d  what the right-hand side was split into
+inline std::vector<Expr> blend_formulas(Definition& d, std::span<const Expr> field, int first) {
+    Graph& graph = d.graph;
+    detail::Splitter splitter(graph, d.dim, d.defaults);
+    for (const Expr h : d.h)
+        splitter.add_surface(h);
+    std::vector<Expr> blend;
+    for (const Expr e : field)
+        blend.push_back(replace_switches(graph, e, [&](Expr u) {
+            const auto side = splitter.side_of(u);
+            const auto j = std::size_t(side.surface);
+            if (j >= d.h.size() || d.kind[j] != SurfaceKind::switching)
+                return graph.unary(Op::sign, u);
+            return graph.mul(side.orientation, graph.param(first + side.surface));
+        }));
+    return blend;
+}
+
+} // namespace filippov
