@@ -10,7 +10,8 @@ foreach(header IN LISTS FILIPPOV_HEADERS)
   list(APPEND alone_files ${alone})
 endforeach()
 add_library(filippov_headers_alone OBJECT ${alone_files})
-target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov)
+target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov
+                                                     $<TARGET_NAME_IF_EXISTS:filippov::gsl>)
 target_compile_options(filippov_headers_alone
                        PRIVATE $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-O0 -g0>)
 
@@ -55,12 +56,16 @@ if(Eigen3_DIR)
 else()
   set(consumer_eigen -DEIGEN_OPTION=-DFETCHCONTENT_SOURCE_DIR_EIGEN3=${eigen3_SOURCE_DIR})
 endif()
+if(TARGET filippov::gsl)
+  set(consumer_gsl -DGSL=ON)
+endif()
 foreach(way IN LISTS consumer_ways)
   add_test(NAME consumer.${way}
            COMMAND ${CMAKE_COMMAND} -DWAY=${way} -DSOURCE=${PROJECT_SOURCE_DIR}
                    -DBUILD=${PROJECT_BINARY_DIR} -DVERSION=${FILIPPOV_VERSION}
                    -DGENERATOR=${CMAKE_GENERATOR} -DCOMPILER=${CMAKE_CXX_COMPILER}
                    -DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/consumer/${way} ${consumer_eigen}
+                   ${consumer_gsl}
                    -P ${CMAKE_CURRENT_LIST_DIR}/consumer.cmake)
   set_tests_properties(consumer.${way} PROPERTIES TIMEOUT 300 LABELS consumer)
 endforeach()
