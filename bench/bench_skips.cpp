@@ -4,6 +4,7 @@
 
 #include "measure.hpp"
 
+#include <filippov/ensemble.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/trajectory.hpp>
 
@@ -48,6 +49,22 @@ struct Bare {
     template <Scalar S> S period(const Vec<S, 10>& p) const { return Sys{}.period(p); }
 };
 
+/// The oscillator whose sides are its blend at s = -1 and +1.
+struct ThroughBlend : Sys {
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const {
+        return blended(S(-1), t, x, p);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) const {
+        return blended(S(1), t, x, p);
+    }
+    /// Both sides, and their blend (4.11).
+    template <Scalar S>
+    static Vec<S, 2> blended(const S& s, const S& t, const Vec<S, 2>& x, const Vec<S, 10>& p) {
+        const Vec<S, 2> a = Sys{}.f1(t, x, p), b = Sys{}.f2(t, x, p);
+        return Vec<S, 2>(S(0.5) * (S(1) - s) * a + S(0.5) * (S(1) + s) * b);
+    }
+};
+
 struct Case {
     const char* what;
     std::function<Vec<double, 2>()> run;
@@ -76,6 +93,11 @@ template <class Tableau> std::vector<Case> cases(double tolerance) {
              [=] { return simulate<Tableau>(sys, p, x0, 0.0, t_end, plain).result.x; }},
             {"+ a root search in every step", with(Nothing{}, always)},
             {"+ slides integrated", with(Nothing{}, integrated)},
+            {"+ both fields in slip, blended",
+             [=] {
+                 Nothing nothing;
+                 return flow<Tableau>(ThroughBlend{}, p, x0, 0.0, t_end, plain, nothing).x;
+             }},
             {"+ no closed forms, no gradient given", [=] {
                  Nothing nothing;
                  return flow<Tableau>(Bare{}, p, x0, 0.0, t_end, plain, nothing).x;
@@ -104,6 +126,34 @@ bool measure(const char* method, const bench::Options& options, nlohmann::json& 
     return right;
 }
 
+/// Many starts over five periods: each by itself, and in the lanes of a register.
+bool measure_lanes(const bench::Options& options, nlohmann::json& results) {
+    const Sys sys;
+    const auto p = default_params<Sys>();
+    std::vector<Member<2, 10>> members;
+    for (int i = 0; i < 512; ++i)
+        members.push_back({{-4 + i / 64.0, 0.5}, p, 0.0, 5 * sys.period(p)});
+    const Settings<double, 2> settings{.rtol = 1e-8, .atol = 1e-8};
+    const Parallel one{.threads = 1};
+    Ensemble<2> alone, together;
+    const auto ms = bench::time_in_turns(
+        {[&] { alone = ensemble<DormandPrince8, 1>(sys, members, settings, one); },
+         [&] { together = ensemble<DormandPrince8>(sys, members, settings, one); }},
+        options.turns);
+    double apart = 0;
+    for (std::size_t i = 0; i < members.size(); ++i)
+        apart =
+            std::max(apart, (alone.outcomes[i].x - together.outcomes[i].x).cwiseAbs().maxCoeff());
+    std::printf("512 starts over 5 periods, dop853\n");
+    std::printf("  %-38s %8.3f ms   x %.2f\n", "in lanes", ms[1], 1.0);
+    std::printf("  %-38s %8.3f ms   x %.2f\n", "+ one after another", ms[0], ms[0] / ms[1]);
+    results.push_back({{"method", "dop853"},
+                       {"what", "512 starts one after another, not in lanes"},
+                       {"ms", ms[0]},
+                       {"ratio", ms[0] / ms[1]}});
+    return apart < 1e-6;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -111,8 +161,10 @@ int main(int argc, char** argv) {
     nlohmann::json results = nlohmann::json::array();
     const bool right5 = measure<DormandPrince5>("dopri5", options, results);
     const bool right8 = measure<DormandPrince8>("dop853", options, results);
+    const bool right_lanes = measure_lanes(options, results);
     bench::write_json(options, results);
-    if (!right5 || !right8)
+    const bool right = right5 && right8 && right_lanes;
+    if (!right)
         std::printf("a run is wrong: the cases do not agree\n");
-    return right5 && right8 ? 0 : 1;
+    return right ? 0 : 1;
 }

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What does a trajectory of the friction oscillator cost at which error with tools of Python?
+
+200 periods from (0, 0), with stick at (A, omega) = (0.5, 2.94), mostly crossings at (5, 1.6); error
+of the final state; CPU time, the best of several. Runs whatever py_<name>.py can be imported.
+With --smoothed instead: friction smoothed by an arctangent, and scipy's stiff solvers.
+
+Usage: python python_rivals.py [--json FILE] [--quick] [--only NAME ...] [--smoothed]
+"""
+
+import argparse
+import importlib
+import json
+import platform
+import sys
+import time
+from pathlib import Path
+
+from py_oscillator import CASES
+
+NAMES = ("scipy", "numba", "heyoka", "siconos")
+
+
+def import_rivals(names):
+    """All methods that can be run here; says which packages are missing."""
+    rivals = []
+    for name in names:
+        try:
+            module = importlib.import_module(f"py_{name}")
+        except ImportError as missing:
+            print(f"{name}: left out, {missing}")
+            continue
+        print(f"{name}: {module.VERSION}")
+        rivals += module.RIVALS
+    return rivals
+
+
+def best_time(run, quick):
+    """CPU milliseconds, the best of several runs within a fifth of a second; one at least."""
+    times = []
+    while not times or (not quick and sum(times) < 200 and len(times) < 200):
+        start = time.process_time()
+        run()
+        times.append(1e3 * (time.process_time() - start))
+    return min(times)
+
+
+def measure(rival, case, tol, quick):
+    """One row, its answer checked before it is timed; None where the method gives up."""
+    try:
+        run = rival.prepare(case, tol)
+        y, v, events = run()
+    except (RuntimeError, ArithmeticError) as failure:
+        print(f"{rival.name:14} {tol:6.0e} {failure}")
+        return None
+    error = case.error(y, v)
+    ms = best_time(run, quick)
+    remark = "" if events in (None, case.events) else f"  WRONG: {events} events"
+    print(f"{rival.name:14} {tol:6.0e} {error:9.1e} {ms:10.3f}{remark}", flush=True)
+    return {"case": case.name, "method": rival.name, "tol": tol, "error": error, "ms": ms}
+
+
+def compare(rivals, quick):
+    rows = []
+    for case in CASES:
+        print(
+            f"\n{case.name}, {case.events} events\n{'method':14} {'tol':>6} {'error':>9} {'ms':>10}"
+        )
+        for rival in rivals:
+            for tol in rival.tolerances[2:5:2] if quick else rival.tolerances:
+                rows.append(measure(rival, case, tol, quick))
+    return [row for row in rows if row]
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows to this file")
+    parser.add_argument("--quick", action="store_true", help="two tolerances, timed once")
+    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="only these")
+    parser.add_argument("--smoothed", action="store_true", help="the smoothed law instead")
+    args = parser.parse_args(arguments)
+    print(f"Python {platform.python_version()}")
+    if args.smoothed:
+        if not import_rivals(["scipy"]):
+            return 1
+        rows = importlib.import_module("py_smoothed").compare(args.quick)
+    else:
+        rows = compare(import_rivals(args.only), args.quick)
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
