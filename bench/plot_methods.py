@@ -54,12 +54,13 @@ def main():
             if row["error"] is not None and row["error"] > 0:
                 curves[row["problem"]][row["method"]].append((row["error"], row["ms"]))
     figure, axes = plt.subplots(2, 4, figsize=(17, 8.5), layout="constrained")
+    others = {}  # colours of what is not ours, by method
     panels = [problem for problem in TITLES if problem in curves]
     for problem, ax in zip(panels, axes.flat, strict=False):
         for method, points in curves[problem].items():
-            style = {"linewidth": 1.2, "markersize": 4} | OURS.get(
-                method, {"linewidth": 0.9, "marker": ".", "alpha": 0.8}
-            )
+            colour = mpl.colormaps["tab20"](others.setdefault(method, len(others)) % 20)
+            rival = {"linewidth": 0.9, "marker": ".", "color": colour}
+            style = {"linewidth": 1.2, "markersize": 4} | OURS.get(method, rival)
             ax.loglog(*zip(*points, strict=True), label=method, **style)
         ax.set(title=TITLES[problem], xlabel="error of the final state", ylabel="milliseconds")
         ax.set_xlim(1e-14, 10)

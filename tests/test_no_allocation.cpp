@@ -7,6 +7,7 @@
 #include <filippov/diagram.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
+#include <filippov/rodas5p.hpp>
 
 #include <atomic>
 #include <cstdlib>
@@ -106,7 +107,7 @@ TEST_CASE("no_allocation: the counter counts", "[no_allocation]") {
 }
 
 TEMPLATE_TEST_CASE("no_allocation: a run into a log with room allocates nothing", "[no_allocation]",
-                   DormandPrince5, DormandPrince8) {
+                   DormandPrince5, DormandPrince8, Rodas5P) {
     check<TestType>(models::Oscillator{}, Vec<double, 2>(0, 0), 100);
 }
 

@@ -48,12 +48,13 @@ struct Ends {
 
 /// Slope of log error against log step over nine numbers of steps.
 template <class Sys>
-double order(const Sys& sys, const Vec<double, dim_v<Sys>>& x0, double t_end,
-             const Vec<double, dim_v<Sys>>& exact, std::string& table) {
+double order(const Sys& sys, const Params<Sys, double>& p, const Vec<double, dim_v<Sys>>& x0,
+             double t_end, const Vec<double, dim_v<Sys>>& exact, std::string& table,
+             double theta = 1) {
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-    for (long long steps = 4'000; steps <= 1'024'000; steps *= 2) {
-        const auto r = time_stepping(sys, default_params<Sys>(), x0, 0.0, t_end,
-                                     {.steps = steps, .keep = steps});
+    for (long long steps = 4'000; steps <= (theta < 1 ? 512'000 : 1'024'000); steps *= 2) {
+        const auto r =
+            time_stepping(sys, p, x0, 0.0, t_end, {.steps = steps, .theta = theta, .keep = steps});
         REQUIRE(r.status == Status::ok);
         const double error = (r.x.back() - exact).cwiseAbs().maxCoeff();
         table += std::to_string(steps) + ": " + std::to_string(error) + "\n";
@@ -64,14 +65,13 @@ double order(const Sys& sys, const Vec<double, dim_v<Sys>>& x0, double t_end,
 }
 
 template <class Sys>
-Vec<double, dim_v<Sys>> event_driven(const Sys& sys, const Vec<double, dim_v<Sys>>& x0,
-                                     double t_end) {
+Vec<double, dim_v<Sys>> event_driven(const Sys& sys, const Params<Sys, double>& p,
+                                     const Vec<double, dim_v<Sys>>& x0, double t_end) {
     Settings<double, dim_v<Sys>> settings;
     settings.rtol = 1e-11;
     settings.atol = AbsoluteTolerance<double, dim_v<Sys>>(1e-12);
     Nothing nothing;
-    const auto r =
-        flow<DormandPrince8>(sys, default_params<Sys>(), x0, 0.0, t_end, settings, nothing);
+    const auto r = flow<DormandPrince8>(sys, p, x0, 0.0, t_end, settings, nothing);
     REQUIRE(r.status == Status::ok);
     return r.x;
 }
@@ -81,19 +81,47 @@ Vec<double, dim_v<Sys>> event_driven(const Sys& sys, const Vec<double, dim_v<Sys
 TEST_CASE("time_stepping: first order over crossings, stick and slip", "[time_stepping]") {
     std::string table;
     const models::Oscillator sys;
-    const double t_end = 20 * sys.period(default_params<models::Oscillator>());
+    const auto p = default_params<models::Oscillator>();
+    const double t_end = 20 * sys.period(p);
     const Vec<double, 2> x0(0, 0);
-    const double slope = order(sys, x0, t_end, event_driven(sys, x0, t_end), table);
+    const double slope = order(sys, p, x0, t_end, event_driven(sys, p, x0, t_end), table);
     INFO(table << "slope " << slope);
     CHECK(slope > 0.9);
     CHECK(slope < 1.1);
 }
 
+TEST_CASE("time_stepping: the trapezoidal rule has second order over stick and slip",
+          "[time_stepping]") {
+    std::string table;
+    const models::Oscillator sys;
+    const auto p = default_params<models::Oscillator>();
+    const double t_end = 20 * sys.period(p);
+    const Vec<double, 2> x0(0, 0);
+    const double slope = order(sys, p, x0, t_end, event_driven(sys, p, x0, t_end), table, 0.5);
+    INFO(table << "slope " << slope);
+    CHECK(slope > 1.7);
+}
+
+TEST_CASE("time_stepping: crossings leave the trapezoidal rule first order", "[time_stepping]") {
+    std::string table;
+    const models::Oscillator sys;
+    auto p = default_params<models::Oscillator>();
+    p[0] = 5;
+    p[1] = 1.6;
+    const double t_end = 20 * sys.period(p);
+    const Vec<double, 2> x0(0, 0);
+    const double slope = order(sys, p, x0, t_end, event_driven(sys, p, x0, t_end), table, 0.5);
+    INFO(table << "slope " << slope);
+    CHECK(slope > 0.7);
+    CHECK(slope < 1.5);
+}
+
 TEST_CASE("time_stepping: first order in three dimensions, from a slide on", "[time_stepping]") {
     std::string table;
     const Blended<models::Relay> sys;
+    const auto p = default_params<models::Relay>();
     const Vec<double, 3> x0(0, -0.001, -0.02);
-    const double slope = order(sys, x0, 4, event_driven(models::Relay{}, x0, 4), table);
+    const double slope = order(sys, p, x0, 4, event_driven(models::Relay{}, p, x0, 4), table);
     INFO(table << "slope " << slope);
     CHECK(slope > 0.9);
     CHECK(slope < 1.1);
@@ -143,6 +171,9 @@ TEST_CASE("time_stepping: refuses what makes no sense", "[time_stepping]") {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     CHECK_THROWS_AS(time_stepping(sys, p, x0, 0.0, 1.0, {.steps = 0}), std::invalid_argument);
     CHECK_THROWS_AS(time_stepping(sys, p, x0, 0.0, 1.0, {.keep = 0}), std::invalid_argument);
+    for (const double theta : {0.4, 1.1, nan})
+        CHECK_THROWS_AS(time_stepping(sys, p, x0, 0.0, 1.0, {.theta = theta}),
+                        std::invalid_argument);
     CHECK_THROWS_AS(time_stepping(sys, p, Vec<double, 2>(nan, 0), 0.0, 1.0, {}),
                     std::invalid_argument);
     CHECK_THROWS_AS(time_stepping(sys, p, x0, 0.0, nan, {}), std::invalid_argument);

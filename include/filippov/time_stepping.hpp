@@ -76,9 +76,10 @@ private:
 
 /// What time stepping is told.
 struct TimeSteppingSettings {
-    long long steps = 1000;              ///< equal steps from start to end, > 0
-    long long keep = 1;                  ///< every so manieth state is kept, and the last, > 0
-    int max_newton = 50;                 ///< iterations for one guess of the mode, > 0
+    long long steps = 1000; ///< equal steps from start to end, > 0
+    double theta = 1;       ///< 1: implicit Euler; 1/2: the trapezoidal rule; or in between
+    long long keep = 1;     ///< every so manieth state is kept, and the last, > 0
+    int max_newton = 50;    ///< iterations for one guess of the mode, > 0
     std::function<bool()> interrupted{}; ///< asked now and then; may be empty
 };
 
@@ -110,14 +111,11 @@ public:
     using X = Vec<double, N>;
     using U = Vec<double, M>;
 
-    TimeStepper(const Blend& blend, const X& x, int max_newton, TimeSteps<N, M>& result)
-        : blend_(blend), n_(blend.dim()), m_(blend.surfaces()), max_newton_(max_newton),
-          result_(result), x_(x), s_(U::Zero(m_)) {
-        at_.f = X::Zero(n_);
-        at_.f_x = Mat<double, N, N>::Zero(n_, n_);
-        at_.f_s = Mat<double, N, M>::Zero(n_, m_);
-        at_.h = U::Zero(m_);
-        at_.h_x = Mat<double, M, N>::Zero(m_, n_);
+    TimeStepper(const Blend& blend, const X& x, const TimeSteppingSettings& settings,
+                TimeSteps<N, M>& result)
+        : blend_(blend), n_(blend.dim()), m_(blend.surfaces()), max_newton_(settings.max_newton),
+          theta_(settings.theta), result_(result), x_(x), s_(U::Zero(m_)), at_(sized()),
+          before_(sized()) {
         mode_.assign(std::size_t(m_), 1);
     }
 
@@ -125,7 +123,9 @@ public:
     const U& s() const { return s_; }
 
     /// Guesses the mode from the one before, and then the others, the nearer ones first.
-    bool step(double t1, double dt) {
+    bool step(double t0, double t1) {
+        t0_ = t0;
+        const double dt = t1 - t0;
         const std::vector<int> before = mode_;
         for (int changes = 0; changes <= m_; ++changes)
             if (with_changes(before, 0, changes, t1, dt))
@@ -153,8 +153,8 @@ private:
     }
 
     /// True if a state and blend variables of this mode solve
-    ///   x1 = x + dt f(t1, x1, s),   s_j = side_j and side_j h_j(x1) >= 0, or h_j(x1) = 0 and
-    ///   |s_j| <= 1
+    ///   x1 = x + dt ((1 - theta) f(t0, x, s) + theta f(t1, x1, s)),   s_j = side_j and side_j
+    ///   h_j(x1) >= 0, or h_j(x1) = 0 and |s_j| <= 1
     bool solves(double t1, double dt) {
         ++result_.modes;
         X x = x_;
@@ -172,13 +172,17 @@ private:
         for (int iteration = 0; iteration < max_newton_; ++iteration) {
             ++result_.newtons;
             blend_.at(t1, x, s, at_);
+            if (theta_ < 1)
+                blend_.at(t0_, x_, s, before_);
             Big matrix = Big::Zero(n, n);
             Column rest = Column::Zero(n);
             matrix.topLeftCorner(n_, n_).setIdentity();
-            matrix.topLeftCorner(n_, n_) -= dt * at_.f_x;
-            rest.head(n_) = x - x_ - dt * at_.f;
+            matrix.topLeftCorner(n_, n_) -= theta_ * dt * at_.f_x;
+            rest.head(n_) = x - x_ - theta_ * dt * at_.f - (1 - theta_) * dt * before_.f;
             for (int a = 0; a < k; ++a) {
-                matrix.col(n_ + a).head(n_) = -dt * at_.f_s.col(slid[std::size_t(a)]);
+                matrix.col(n_ + a).head(n_) =
+                    -theta_ * dt * at_.f_s.col(slid[std::size_t(a)]) -
+                    (1 - theta_) * dt * before_.f_s.col(slid[std::size_t(a)]);
                 matrix.row(n_ + a).head(n_) = at_.h_x.row(slid[std::size_t(a)]);
                 rest[n_ + a] = at_.h[slid[std::size_t(a)]];
             }
@@ -214,6 +218,11 @@ private:
         return true;
     }
 
+    BlendSlopes<N, M> sized() const {
+        return {X::Zero(n_), Mat<double, N, N>::Zero(n_, n_), Mat<double, N, M>::Zero(n_, m_),
+                U::Zero(m_), Mat<double, M, N>::Zero(m_, n_)};
+    }
+
     // at most N + M unknowns, on the stack where that is known
     static constexpr int most = N == Eigen::Dynamic || M == Eigen::Dynamic ? Eigen::Dynamic : N + M;
     using Big = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most, most>;
@@ -221,24 +230,28 @@ private:
 
     const Blend& blend_;
     const int n_, m_, max_newton_;
+    const double theta_;
     TimeSteps<N, M>& result_;
     X x_;
     U s_;
     std::vector<int> mode_;
-    BlendSlopes<N, M> at_;
+    double t0_ = 0;
+    BlendSlopes<N, M> at_, before_; ///< at the end of the step, and at its start
 };
 
 } // namespace detail
 
-/// Moreau's time stepping by the implicit Euler method: in each step
+/// Moreau's time stepping: in each step
 ///
-///   x1 = x + dt f(t1, x1, s),   s_j in Sgn(h_j(t1, x1)),
+///   x1 = x + dt ((1 - theta) f(t, x, s) + theta f(t1, x1, s)),   s_j in Sgn(h_j(t1, x1)),
 ///
-/// solved exactly: every choice of sides and slides is a smooth system for Newton's method, and the
-/// first that is consistent is taken, the one of the step before first. So sticking is exact, no
-/// event is looked for, and events that accumulate cost nothing; errors are of first order in dt.
-/// (With a rule of second order for the smooth part they stay so: where h changes sign within a
-/// step s is wrong for part of it.)
+/// is solved exactly: every choice of sides and slides is a smooth system for Newton's method, and
+/// the first that is consistent is taken, the one of the step before first. So sticking is exact,
+/// no event is looked for, and events that accumulate cost nothing.
+///
+/// With theta = 1 errors are of first order in dt. With theta = 1/2 they are of second order where
+/// the solution sticks and slips, since s then holds it on the surface from the step in which it
+/// is met; a crossing holds it there, too, for the rest of a step, which leaves first order.
 ///
 /// @param blend  `BlendOf<Sys>`, or what gives `dim`, `surfaces`, `slides(j)` and `at(t, x, s, r)`
 /// @error std::invalid_argument for settings or a start that make no sense; status `not_converged`
@@ -252,13 +265,15 @@ TimeSteps<N, M> time_stepping(const Blend& blend, const Vec<double, N>& x0, doub
     detail::require_positive("steps", settings.steps);
     detail::require_positive("keep", settings.keep);
     detail::require_positive("max_newton", settings.max_newton);
+    if (!(settings.theta >= 0.5 && settings.theta <= 1))
+        detail::refuse("theta", settings.theta, "expected a number from 1/2 to 1");
     for (Eigen::Index i = 0; i < x0.size(); ++i)
         if (!std::isfinite(x0[i]))
             detail::refuse("x0[" + std::to_string(i) + "]", x0[i], "expected a finite number");
     if (!std::isfinite(t0) || !std::isfinite(t_end))
         detail::refuse("t_end", t_end, "expected finite times");
     TimeSteps<N, M> result;
-    detail::TimeStepper<Blend, N, M> stepper(blend, x0, settings.max_newton, result);
+    detail::TimeStepper<Blend, N, M> stepper(blend, x0, settings, result);
     const auto keep = [&](double t) {
         result.t.push_back(t);
         result.x.push_back(stepper.x());
@@ -272,7 +287,7 @@ TimeSteps<N, M> time_stepping(const Blend& blend, const Vec<double, N>& x0, doub
             result.status = Status::interrupted;
             break;
         }
-        if (!stepper.step(t1, dt)) {
+        if (!stepper.step(t0 + double(k - 1) * dt, t1)) {
             result.status = Status::not_converged;
             break;
         }

@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     from ._simulate import SimulationError, simulate
     from ._sliding_boundary import SlidingBoundary, sliding_boundaries
     from ._sliding_region import SlidingRegion, sliding_region
+    from ._smoothing import smoothed
     from ._solution import Solution
     from ._status import Status
     from ._store import load
     from ._system import Params, System, system
+    from ._time_stepping import TimeSteps, time_stepping
     from ._trace import DefinitionError
     from ._trajectory import Branches, Piece, Trajectory
 
@@ -99,6 +101,7 @@ __all__ = [
     "Status",
     "System",
     "Tangency",
+    "TimeSteps",
     "Trajectory",
     "UncertaintyExponent",
     "UnstableBranch",
@@ -126,9 +129,11 @@ __all__ = [
     "simulate",
     "sliding_boundaries",
     "sliding_region",
+    "smoothed",
     "strobe_map",
     "system",
     "tangencies",
+    "time_stepping",
     "unstable_set",
 ]
 
@@ -240,7 +245,9 @@ _NAMES = {
     "_foreign": ("SlowSystemWarning",),
     "_trace": ("DefinitionError",),
     "_settings": ("Settings", "Stats"),
+    "_smoothing": ("smoothed",),
     "_solution": ("Solution",),
+    "_time_stepping": ("TimeSteps", "time_stepping"),
     "_trajectory": ("Branches", "Piece", "Trajectory"),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}

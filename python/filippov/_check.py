@@ -23,6 +23,7 @@ __all__ = [
     "one_of",
     "refuse",
     "span",
+    "time_span",
     "vector",
     "word",
     "words",
@@ -159,6 +160,16 @@ def words(
     if not all(isinstance(one, str) and one in accepted for one in each):
         refuse(name, value, expected)
     return tuple(map(str, each))
+
+
+def time_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    """Start and end of a run."""
+    expected = "expected two finite numbers, start and end"
+    try:
+        t0, t_end = t_span
+    except (TypeError, ValueError):
+        refuse("t_span", t_span, expected)
+    return number("t_span[0]", t0, expected), number("t_span[1]", t_end, expected)
 
 
 def choice(name: str, value: object, accepted: Mapping[str, int]) -> int:

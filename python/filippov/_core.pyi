@@ -223,6 +223,16 @@ class _Defined(TypedDict):
     region: list[list[int]]
     graph: Graph
 
+class _Steps(TypedDict):
+    status: str
+    message: str
+    n_steps: int
+    newtons: int
+    t: _Floats
+    y: _Floats
+    s: _Floats
+    raised: BaseException | None
+
 most_tape_dims: Final[int]
 most_tape_params: Final[int]
 
@@ -236,8 +246,23 @@ def define(
     named: Sequence[int],
     jumps: Sequence[tuple[int, Sequence[int]]],
     period: int | None,
+    smoothing: tuple[int, int, int] | None,
     /,
 ) -> _Defined: ...
+def time_stepping(
+    graph: Graph,
+    defaults: Sequence[float],
+    params: Sequence[float],
+    field: Sequence[int],
+    named: Sequence[int],
+    x0: Sequence[float],
+    t0: float,
+    t_end: float,
+    steps: int,
+    theta: float,
+    keep: int,
+    /,
+) -> _Steps: ...
 
 class Solution:
     def pack(self) -> dict[str, np.ndarray[Any, Any]]: ...
@@ -257,7 +282,7 @@ def simulate(
     t0: float,
     t_end: float,
     p: _Floats,
-    eighth_order: bool,
+    method: int,
     rtol: float,
     atol: _Floats,
     max_step: float,
@@ -276,7 +301,7 @@ def diagram(
     model: Model,
     x0: _Floats,
     params: _Floats,
-    eighth_order: bool,
+    method: int,
     rtol: float,
     atol: _Floats,
     max_step: float,
@@ -285,6 +310,7 @@ def diagram(
     on_nonunique: int,
     kinds: Sequence[int],
     surface: int,
+    direction: int,
     transient: float,
     keep: float,
     follow: bool,

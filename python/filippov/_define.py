@@ -21,7 +21,10 @@ from ._check import refuse
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
-__all__ = ["Definition", "Formula", "Function", "check", "check_period", "define"]
+#: Smooth functions in place of a sign.
+LAWS = ("arctan", "tanh", "saturation")
+
+__all__ = ["LAWS", "Definition", "Formula", "Function", "check", "check_period", "define"]
 
 #: `f(t, s, p)`: time, state and parameters by name; the derivatives, one a component.
 Function = Callable[..., Any]
@@ -51,6 +54,8 @@ class Definition:
     surfaces: dict[str, int] = default(default_factory=dict)  #: named ones
     jumps: dict[str, tuple[int, list[int]]] = default(default_factory=dict)
     period: int | None = None
+    #: law in place of the switches, and whether bands are watched; parameters c1 and band
+    smoothing: tuple[str, bool] | None = None
     # what is found
     h: list[int] = default(default_factory=list)
     region: list[list[int]] = default(default_factory=list)  #: bit j of its number: side of h_j
@@ -70,11 +75,20 @@ class Definition:
                 list(self.surfaces.values()),
                 list(self.jumps.values()),
                 self.period,
+                self._smoothing(),
             )
         except ValueError as error:
             raise DefinitionError(str(error)) from None
         full = replace(self, graph=found["graph"], h=found["h"], region=found["region"])
         return found["model"], full
+
+    def _smoothing(self) -> tuple[int, int, int] | None:
+        """Law, and places of steepness and band among the parameters (-1: there is none)."""
+        if self.smoothing is None:
+            return None
+        law, watched = self.smoothing
+        places = list(self.params)
+        return LAWS.index(law), places.index("c1"), places.index("band") if watched else -1
 
     def plain(self) -> dict[str, Any]:
         """Give it in numbers, text, lists and dictionaries.
@@ -94,6 +108,7 @@ class Definition:
             "surfaces": dict(self.surfaces),
             "jumps": {name: [h, after] for name, (h, after) in self.jumps.items()},
             "period": self.period,
+            "smoothing": self.smoothing and list(self.smoothing),
         }
 
     def identity(self) -> dict[str, Any]:
@@ -120,6 +135,7 @@ class Definition:
             dict(plain["surfaces"]),
             {name: (h, list(after)) for name, (h, after) in plain["jumps"].items()},
             plain["period"],
+            tuple(plain["smoothing"]) if plain.get("smoothing") else None,
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import choice, flag, integer, number, refuse, span, vector, words
+from ._check import choice, flag, integer, number, one_of, refuse, span, vector, words
 from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
@@ -168,6 +168,7 @@ def bifurcation_diagram(
     chains: int = 1,
     params: Mapping[str, float] | None = None,
     surface: int | None = None,
+    direction: int = 0,
     method: str = "dop853",
     rtol: float = 1e-9,
     atol: ArrayLike = 1e-9,
@@ -208,6 +209,8 @@ def bifurcation_diagram(
         Values of other parameters, by name, that replace `sys.params`.
     surface : int, optional
         Take events of this surface only.
+    direction : int
+        +1: only events that lead to the side where the surface's h > 0; -1: to the other side.
     method, rtol, atol, max_step, max_steps, max_events, on_nonunique
         As in `simulate`, for every run.
     skip_repeats : bool
@@ -256,9 +259,9 @@ def bifurcation_diagram(
         refuse("section", section, f"expected kinds of event: {sys.name} has no jumps")
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
-    eighth_order = choice("method", method, METHODS)
+    which = choice("method", method, METHODS)
     settings = Settings(
-        method=METHOD_NAMES[eighth_order],
+        method=METHOD_NAMES[which],
         rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
         atol=tuple(absolute_tolerance(atol, sys.dim).tolist()),
         max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
@@ -280,7 +283,7 @@ def bifurcation_diagram(
             sys._model,
             start,
             rows,
-            bool(eighth_order),
+            which,
             settings.rtol,
             np.array(settings.atol),
             settings.max_step,
@@ -289,6 +292,7 @@ def bifurcation_diagram(
             policy,
             [] if sections == ("strobe",) else [KIND_NAMES.index(kind) for kind in sections],
             -1 if surface is None else sys._surface(surface),
+            one_of("direction", direction, (-1, 0, 1), "expected -1, 0 or +1"),
             transient,
             keep,
             follow,

@@ -20,7 +20,7 @@ from ._event import modes_of
 from ._lanes import lanes_in_a_register, lanes_of, level_of, require_level
 from ._progress import Progress, ended, shown
 from ._settings import Settings
-from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
+from ._simulate import EXPLICIT, METHOD_NAMES, POLICIES, absolute_tolerance
 from ._status import Status
 from ._store import Stored
 from ._system import System
@@ -175,7 +175,7 @@ def run_settings(
     first_step: float | None = None,
 ) -> RunSettings:
     """Check what every run is told."""
-    eighth_order = choice("method", method, METHODS)
+    eighth_order = choice("method", method, EXPLICIT)
     tolerance = absolute_tolerance(atol, sys.dim)
     settings = Settings(
         method=METHOD_NAMES[eighth_order],

@@ -40,7 +40,7 @@ def _number(value: float) -> str:
     return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-_PYTHON_NAMES = {"asin": "arcsin", "atan": "arctan"}
+_PYTHON_NAMES = {"asin": "arcsin", "atan": "arctan", "magnitude": "abs"}
 python = Language(
     constant=_number,
     name=str,
@@ -54,7 +54,7 @@ python = Language(
 cpp = Language(
     constant=lambda value: f"S({value!r})",
     name=str,
-    functions={},
+    functions={"magnitude": "abs"},
     call=lambda f, x: f"{f}(S({x}))",
     product=" * ",
     quotient=None,
@@ -79,12 +79,18 @@ def latex_name(name: str) -> str:
     return f"{letter}_{{{index}}}" if index else letter
 
 
+def _latex_call(f: str, x: str) -> str:
+    if f == "sqrt":
+        return rf"\sqrt{{{x}}}"
+    return rf"\left|{x}\right|" if f == "magnitude" else rf"{f}\left({x}\right)"
+
+
 latex = Language(
     constant=_number,
     name=latex_name,
     functions={name: rf"\{name}" for name in ("sin", "cos", "tan", "exp", "sinh", "cosh", "tanh")}
     | {"log": r"\ln", "asin": r"\arcsin", "atan": r"\arctan", "sign": r"\operatorname{sign}"},
-    call=lambda f, x: rf"\sqrt{{{x}}}" if f == "sqrt" else rf"{f}\left({x}\right)",
+    call=_latex_call,
     product=r"\,",
     quotient=lambda a, b: rf"\frac{{{a}}}{{{b}}}",
     power=lambda a, b: f"{a}^{{{b}}}",
@@ -215,7 +221,7 @@ _CPP_SIGN = """\
         };
 """
 _CPP_OWN = ("cos", "sin")  #: those of filippov::elementary, which inline
-_CPP_STD = ("asin", "atan", "cosh", "exp", "log", "pow", "sinh", "sqrt", "tan", "tanh")
+_CPP_STD = ("abs", "asin", "atan", "cosh", "exp", "log", "pow", "sinh", "sqrt", "tan", "tanh")
 
 
 def _cpp_using(body: str) -> str:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ._event_map import EventMap
     from ._lyapunov import Lyapunov
     from ._sliding_boundary import SlidingBoundary
+    from ._time_stepping import TimeSteps
     from ._trajectory import Trajectory
 
 Plot = TypeVar("Plot", bound=Callable[..., Any])
@@ -233,6 +234,19 @@ def plot_ensemble(
     if not ok.all():
         artists += ax.plot(across[~ok], along[~ok], label="failed", **FAILED)
     _name_axes(ax, x, y)
+    return artists
+
+
+@full_names
+def plot_time_steps(steps: TimeSteps, ax: Axes | None, artist_kw: dict[str, Any]) -> list[Artist]:
+    """Draw the components over time; see `TimeSteps.plot`."""
+    ax = _axes(ax)
+    artists: list[Artist] = []
+    for k, (name, values) in enumerate(zip(steps.system.state, steps.y, strict=True)):
+        style: dict[str, Any] = {"linewidth": 1.2, "color": f"C{k}", "label": name} | artist_kw
+        artists += ax.plot(steps.t, values, **style)
+    if not ax.get_xlabel():
+        ax.set_xlabel("t")
     return artists
 
 

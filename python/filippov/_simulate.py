@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import choice, flag, floats, integer, number, refuse, vector
+from ._check import choice, flag, floats, integer, number, refuse, time_span, vector
 from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
 from ._settings import Settings, Stats
@@ -22,6 +22,7 @@ from ._trajectory import Branches, Trajectory
 from ._types import Floats
 
 __all__ = [
+    "EXPLICIT",
     "METHODS",
     "METHOD_NAMES",
     "POLICIES",
@@ -30,8 +31,10 @@ __all__ = [
     "simulate",
 ]
 
-METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1}
-METHOD_NAMES = ("dopri5", "dop853")
+METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1, "rodas5p": 2, "Rodas5P": 2}
+METHOD_NAMES = ("dopri5", "dop853", "rodas5p")
+#: Those that lanes have.
+EXPLICIT = {name: k for name, k in METHODS.items() if k < 2}
 POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
 ALL = "all"
 
@@ -121,9 +124,9 @@ def simulate(
         Start and end; the end may lie before the start.
     params : mapping, optional
         Parameter values by name that replace `sys.params`.
-    method : {"dopri5", "dop853"}
-        Dormand-Prince 5(4), or 8(5,3) for tight tolerances. scipy's names "RK45" and "DOP853"
-        are taken too.
+    method : {"dopri5", "dop853", "rodas5p"}
+        Dormand-Prince 5(4), or 8(5,3) for tight tolerances; Rodas5P, linearly implicit, for stiff
+        fields. scipy's names "RK45" and "DOP853" are taken too.
     rtol : float
         Relative tolerance of the local error, in (0, 1).
     atol : float or array, shape (dim,)
@@ -173,8 +176,8 @@ def simulate(
     run_params = sys._merged(params)
     p = np.array(list(run_params.values()), dtype=np.float64)
     start = vector("x0", x0, sys.dim, sys.state)
-    t0, t_end = _span(t_span)
-    eighth_order = choice("method", method, METHODS)
+    t0, t_end = time_span(t_span)
+    which = choice("method", method, METHODS)
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
     tolerance = absolute_tolerance(atol, sys.dim)
     max_step = number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True)
@@ -183,6 +186,8 @@ def simulate(
     max_steps = integer("max_steps", max_steps)
     max_events = integer("max_events", max_events)
     policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
+    if on_nonunique == ALL and method not in EXPLICIT:
+        refuse("method", method, 'expected "dopri5" or "dop853" with on_nonunique="all"')
     branches = on_nonunique == ALL
     most = integer("max_branches", max_branches)
     most = most if branches else 0
@@ -197,7 +202,7 @@ def simulate(
         t0,
         t_end,
         p,
-        bool(eighth_order),
+        which,
         rtol,
         tolerance,
         max_step,
@@ -212,7 +217,7 @@ def simulate(
         run_params,
     )
     settings = Settings(
-        method=METHOD_NAMES[eighth_order],
+        method=METHOD_NAMES[which],
         rtol=rtol,
         atol=tuple(tolerance.tolist()),
         max_step=max_step,
@@ -257,15 +262,6 @@ def _trajectory(
         params=params,
         settings=settings,
     )
-
-
-def _span(t_span: tuple[float, float]) -> tuple[float, float]:
-    expected = "expected two finite numbers, start and end"
-    try:
-        t0, t_end = t_span
-    except (TypeError, ValueError):
-        refuse("t_span", t_span, expected)
-    return number("t_span[0]", t0, expected), number("t_span[1]", t_end, expected)
 
 
 def absolute_tolerance(atol: ArrayLike, dim: int) -> Floats:

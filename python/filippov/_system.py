@@ -16,7 +16,7 @@ from ._foreign import Surroundings, warn_slow
 from ._formula import cpp_struct, latex, latex_name, write
 from ._types import FloatOrArray, Floats
 
-__all__ = ["Params", "System", "restore", "restore_defined", "system"]
+__all__ = ["Params", "System", "restore", "restore_defined", "switches_of", "system"]
 
 Side = int | Sequence[int]
 
@@ -120,7 +120,7 @@ class System:
             name, state, params, None, fields=fields, switch=switch, period=period, jumps=jumps
         )
         check(model, definition, fields)
-        self._fill(model, _switches_of(definition), None, definition)
+        self._fill(model, switches_of(definition), None, definition)
 
     def _fill(
         self,
@@ -199,7 +199,7 @@ class System:
             },
         )
         check(model, definition, {"": f})
-        return cls._of(model, _switches_of(definition), None, definition)
+        return cls._of(model, switches_of(definition), None, definition)
 
     @classmethod
     def from_pointers(
@@ -339,7 +339,7 @@ class System:
         for trial in around.trials:
             trial.judge()
         check_period(model, definition)
-        return cls._of(model, _switches_of(definition), None, definition)
+        return cls._of(model, switches_of(definition), None, definition)
 
     # --- what it is ---------------------------------------------------------------------------
 
@@ -564,9 +564,14 @@ class System:
         return told
 
     def _formulas(self) -> Definition:
-        if self._definition is None:
+        if self._definition is not None:
+            return self._definition
+        from ._model_formulas import formulas_of
+
+        known = formulas_of(self.name, self.state, self._params)
+        if known is None:
             raise TypeError(f"{self.name} is a compiled model: its formulas are not known here")
-        return self._definition
+        return known
 
     def _splits(self) -> int:
         return sum(kind != "jump" for kind in self.kinds)
@@ -645,8 +650,16 @@ class System:
         for name, value in params.items():
             if name not in merged:
                 refuse("params", params, self._unknown(name))
-            merged[name] = number(f"params[{name!r}]", value)
+            positive = name in self._positive()
+            expected = f"expected a finite number{' > 0' if positive else ''}"
+            least = 0.0 if positive else -np.inf
+            merged[name] = number(f"params[{name!r}]", value, expected, above=least)
         return Params(merged)
+
+    def _positive(self) -> tuple[str, ...]:
+        """Parameters that have to be > 0."""
+        smooth = self._definition is not None and self._definition.smoothing is not None
+        return ("c1", "band") if smooth else ()
 
     def _unknown(self, name: str) -> str:
         known = ", ".join(self._params) or "none"
@@ -725,7 +738,7 @@ def restore(name: str, params: dict[str, float]) -> System:
 def restore_defined(plain: dict[str, Any], params: dict[str, float]) -> System:
     """Make a defined system again."""
     model, definition = Definition.of(plain).made()
-    return System._of(model, _switches_of(definition), params, definition)
+    return System._of(model, switches_of(definition), params, definition)
 
 
 def _of_params(f: Function, state: Sequence[Any]) -> Function:
@@ -733,7 +746,7 @@ def _of_params(f: Function, state: Sequence[Any]) -> Function:
     return lambda p: f(0.0, [0.0] * len(state), p)
 
 
-def _switches_of(definition: Definition) -> tuple[str, ...]:
+def switches_of(definition: Definition) -> tuple[str, ...]:
     """Switching functions in words."""
     names = (definition.state, tuple(definition.params))
     return tuple(write(definition.graph, h, *names) for h in definition.h)
@@ -808,6 +821,6 @@ def system(
             called, state, params, function, surfaces=surfaces, period=period, jumps=jumps
         )
         check(model, definition, {"": function})
-        return System._of(model, _switches_of(definition), None, definition)
+        return System._of(model, switches_of(definition), None, definition)
 
     return decorate

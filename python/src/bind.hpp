@@ -43,6 +43,11 @@ py::array_t<T> as_array(std::vector<T>&& values, std::vector<py::ssize_t> shape)
 }
 
 /// The typed layer passes what fits; this keeps a wrong caller from reading out of bounds.
+inline void expect(bool fits, const char* what);
+inline Method method_of(int method) {
+    expect(method >= 0 && method <= static_cast<int>(Method::rodas5p), "a method is 0 to 2");
+    return static_cast<Method>(method);
+}
 inline void expect(bool fits, const char* what) {
     if (!fits)
         throw std::invalid_argument(std::string("filippov._core: ") + what);

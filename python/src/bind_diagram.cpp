@@ -27,11 +27,11 @@ py::dict to_dict(DiagramColumns&& c, py::ssize_t dim) {
     return d;
 }
 
-py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params, bool eighth_order,
+py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params, int method,
                  double rtol, const Doubles& atol, double max_step, long long max_steps,
                  long long max_events, int on_nonunique, const std::vector<int>& kinds, int surface,
-                 double transient, double keep, bool follow, int chains, bool skip_repeats,
-                 int threads, const py::object& show) {
+                 int direction, double transient, double keep, bool follow, int chains,
+                 bool skip_repeats, int threads, const py::object& show) {
     const Facts& facts = model.facts();
     expect(x0.size() == facts.dim && atol.size() == facts.dim, "x0 and atol have dim entries");
     expect(params.ndim() == 2 && std::size_t(params.shape(1)) == facts.params.size(),
@@ -49,9 +49,10 @@ py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params, b
     task.max_steps = max_steps;
     task.max_events = max_events;
     task.on_nonunique = static_cast<NonUnique>(on_nonunique);
-    task.eighth_order = eighth_order;
+    task.method = method_of(method);
     task.kinds = kinds;
     task.surface = surface;
+    task.direction = direction;
     task.transient = transient;
     task.keep = keep;
     task.follow = follow;

@@ -2,10 +2,14 @@
 #include "bind.hpp"
 #include "tape_model.hpp"
 
+#include <filippov/switch_formulas.hpp>
+#include <filippov/time_stepping.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 namespace filippov::python {
@@ -20,15 +24,19 @@ struct Named {
     const char* name;
 };
 constexpr std::array names{
-    Named{Op::constant, "constant"}, Named{Op::time, "time"}, Named{Op::state, "state"},
-    Named{Op::param, "param"},       Named{Op::call, "call"}, Named{Op::add, "add"},
-    Named{Op::sub, "sub"},           Named{Op::mul, "mul"},   Named{Op::div, "div"},
-    Named{Op::pow, "pow"},           Named{Op::neg, "neg"},   Named{Op::powi, "powi"},
-    Named{Op::sqrt, "sqrt"},         Named{Op::exp, "exp"},   Named{Op::log, "log"},
-    Named{Op::sin, "sin"},           Named{Op::cos, "cos"},   Named{Op::tan, "tan"},
-    Named{Op::asin, "asin"},         Named{Op::atan, "atan"}, Named{Op::sinh, "sinh"},
-    Named{Op::cosh, "cosh"},         Named{Op::tanh, "tanh"}, Named{Op::sign, "sign"},
-    Named{Op::where, "where"},
+    Named{Op::constant, "constant"}, Named{Op::time, "time"},
+    Named{Op::state, "state"},       Named{Op::param, "param"},
+    Named{Op::call, "call"},         Named{Op::add, "add"},
+    Named{Op::sub, "sub"},           Named{Op::mul, "mul"},
+    Named{Op::div, "div"},           Named{Op::pow, "pow"},
+    Named{Op::neg, "neg"},           Named{Op::powi, "powi"},
+    Named{Op::sqrt, "sqrt"},         Named{Op::exp, "exp"},
+    Named{Op::log, "log"},           Named{Op::sin, "sin"},
+    Named{Op::cos, "cos"},           Named{Op::tan, "tan"},
+    Named{Op::asin, "asin"},         Named{Op::atan, "atan"},
+    Named{Op::sinh, "sinh"},         Named{Op::cosh, "cosh"},
+    Named{Op::tanh, "tanh"},         Named{Op::sign, "sign"},
+    Named{Op::where, "where"},       Named{Op::magnitude, "magnitude"},
 };
 const char* name_of(Op op) {
     for (const Named& n : names)
@@ -140,12 +148,53 @@ int add_callable(Graph& graph, const std::string& name, int dim, int params, int
     return graph.add_function(std::move(f));
 }
 
+/// Smoothing of a right-hand side: a law, and which parameters are its steepness and band.
+struct SmoothingParams {
+    SmoothLaw law;
+    int c1, band; ///< band -1: nobody watches
+};
+
+/// Splits a right-hand side whose switches are smoothed. The surfaces are the ends of the bands, as
+/// in Smoothed.
+void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::vector<Expr>& named,
+                    const SmoothingParams& how) {
+    Graph& graph = d.graph;
+    const Expr c1 = graph.param(how.c1), one = graph.constant(1);
+    const SmoothFormulas smooth = smooth_formulas(graph, field, how.law, c1);
+    if (smooth.argument.empty())
+        throw std::invalid_argument("filippov: nothing switches that could be smoothed");
+    filippov::detail::Splitter splitter(graph, d.dim, d.defaults);
+    for (const Expr h : named)
+        splitter.add_surface(h);
+    for (const Expr u : smooth.argument)
+        splitter.side_of(u);
+    const std::vector<Expr> surfaces(splitter.surfaces().begin(), splitter.surfaces().end());
+    for (const Expr u : smooth.argument)
+        d.layer.push_back(graph.mul(c1, u));
+    std::vector<Expr> corners;
+    if (how.law == SmoothLaw::saturation)
+        for (const Expr u : smooth.argument) {
+            const Expr v = graph.mul(c1, u);
+            corners.push_back(graph.sub(graph.neg(v), one));
+            corners.push_back(graph.sub(v, one));
+        }
+    split(d, smooth.field, corners);
+    if (how.band < 0 || how.law == SmoothLaw::saturation)
+        return;
+    const Expr band = graph.param(how.band);
+    for (const Expr h : surfaces) {
+        watch(d, graph.sub(graph.neg(h), band));
+        watch(d, graph.sub(h, band));
+    }
+}
+
 py::dict define(const GraphPointer& graph, const std::string& name,
                 const std::vector<std::string>& state, const std::vector<std::string>& params,
                 const std::vector<double>& defaults, const std::vector<Expr>& field,
                 const std::vector<Expr>& named,
                 const std::vector<std::pair<Expr, std::vector<Expr>>>& jumps,
-                const std::optional<Expr>& period) {
+                const std::optional<Expr>& period,
+                const std::optional<std::tuple<int, int, int>>& smoothing) {
     expect(state.size() == field.size(), "field has one entry a component");
     expect(params.size() == defaults.size(), "defaults has one entry a parameter");
     // formulas may come from a file
@@ -164,7 +213,16 @@ py::dict define(const GraphPointer& graph, const std::string& name,
     d.param_names = params;
     d.defaults = defaults;
     d.period = period ? known(*graph, *period) : -1;
-    split(d, all_known(*graph, field), all_known(*graph, named));
+    if (smoothing) {
+        const auto [law, c1, band] = *smoothing;
+        expect(law >= 0 && law <= static_cast<int>(SmoothLaw::saturation) && c1 >= 0 &&
+                   c1 < n_params && band < n_params,
+               "a smoothing has a law and parameters");
+        split_smoothed(d, all_known(*graph, field), all_known(*graph, named),
+                       {static_cast<SmoothLaw>(law), c1, band});
+    } else {
+        split(d, all_known(*graph, field), all_known(*graph, named));
+    }
     for (const auto& [h, after] : jumps) {
         expect(after.size() == state.size(), "a jump has one entry a component");
         d.h.push_back(known(*graph, h));
@@ -192,6 +250,104 @@ py::dict define(const GraphPointer& graph, const std::string& name,
     result["h"] = d.h;
     result["region"] = d.region;
     result["graph"] = std::make_shared<Graph>(std::move(d.graph));
+    return result;
+}
+
+/// What time stepping asks of formulas.
+class FormulaBlend {
+public:
+    static constexpr int any = Eigen::Dynamic;
+
+    /// @param n_params  of the system; the blend variables come behind them
+    FormulaBlend(Definition& d, const std::vector<Expr>& field, std::vector<double> params)
+        : dim_(d.dim), first_(params.size()), kind_(d.kind), p_(std::move(params)) {
+        Graph& graph = d.graph;
+        const std::vector<Expr> f = blend_formulas(d, field, int(first_));
+        const int m = d.surfaces();
+        std::vector<Expr> f_x, f_s, h_x;
+        for (const Expr e : f) {
+            for (int k = 0; k < dim_; ++k)
+                f_x.push_back(graph.derivative(e, graph.state(k)));
+            for (int j = 0; j < m; ++j)
+                f_s.push_back(graph.derivative(e, graph.param(int(first_) + j)));
+        }
+        for (const Expr e : d.h)
+            for (int k = 0; k < dim_; ++k)
+                h_x.push_back(graph.derivative(e, graph.state(k)));
+        f_ = write_tape(graph, f);
+        f_x_ = write_tape(graph, f_x);
+        f_s_ = write_tape(graph, f_s);
+        h_ = write_tape(graph, d.h);
+        h_x_ = write_tape(graph, h_x);
+        p_.resize(first_ + std::size_t(m));
+    }
+    int dim() const { return dim_; }
+    int surfaces() const { return int(kind_.size()); }
+    bool slides(int j) const { return kind_[std::size_t(j)] == SurfaceKind::switching; }
+    void at(double t, const Eigen::VectorXd& x, const Eigen::VectorXd& s,
+            BlendSlopes<any, any>& r) const {
+        std::copy(s.begin(), s.end(), p_.begin() + std::ptrdiff_t(first_));
+        const auto run = [&](const Tape& tape, double* out) {
+            tape.run(t, x.data(), p_.data(), out);
+        };
+        run(f_, r.f.data());
+        run(h_, r.h.data());
+        fill(f_x_, r.f_x, run);
+        fill(f_s_, r.f_s, run);
+        fill(h_x_, r.h_x, run);
+    }
+
+private:
+    /// Tapes write row by row.
+    template <class Run> static void fill(const Tape& tape, Eigen::MatrixXd& m, const Run& run) {
+        Eigen::Matrix<double, any, any, Eigen::RowMajor> rows(m.rows(), m.cols());
+        run(tape, rows.data());
+        m = rows;
+    }
+    int dim_;
+    std::size_t first_;
+    std::vector<SurfaceKind> kind_;
+    mutable std::vector<double> p_;
+    Tape f_, f_x_, f_s_, h_, h_x_;
+};
+
+py::dict step_in_time(const GraphPointer& graph, const std::vector<double>& defaults,
+                      const std::vector<double>& params, const std::vector<Expr>& field,
+                      const std::vector<Expr>& named, const std::vector<double>& x0, double t0,
+                      double t_end, long long steps, double theta, long long keep) {
+    expect(params.size() == defaults.size() && x0.size() == field.size(), "sizes fit");
+    Definition d;
+    d.graph = *graph;
+    d.dim = int(field.size());
+    d.defaults = defaults;
+    split(d, all_known(*graph, field), all_known(*graph, named));
+    const FormulaBlend blend(d, field, params);
+    SignalCheck signals;
+    TimeSteppingSettings settings{steps, theta, keep};
+    settings.interrupted = [&signals] { return signals(); };
+    const Eigen::VectorXd start =
+        Eigen::Map<const Eigen::VectorXd>(x0.data(), Eigen::Index(x0.size()));
+    TimeSteps<Eigen::Dynamic, Eigen::Dynamic> r;
+    {
+        const py::gil_scoped_release unlocked;
+        r = time_stepping<FormulaBlend, Eigen::Dynamic, Eigen::Dynamic>(blend, start, t0, t_end,
+                                                                        settings);
+    }
+    std::vector<double> x, s;
+    for (std::size_t i = 0; i < r.t.size(); ++i) {
+        x.insert(x.end(), r.x[i].begin(), r.x[i].end());
+        s.insert(s.end(), r.s[i].begin(), r.s[i].end());
+    }
+    const auto n = py::ssize_t(r.t.size());
+    py::dict result;
+    result["status"] = std::string(name(r.status));
+    result["message"] = r.message();
+    result["n_steps"] = r.steps;
+    result["newtons"] = r.newtons;
+    result["t"] = as_array(std::move(r.t), {n});
+    result["y"] = as_array(std::move(x), {n, py::ssize_t(x0.size())});
+    result["s"] = as_array(std::move(s), {n, py::ssize_t(blend.surfaces())});
+    result["raised"] = signals.raised();
     return result;
 }
 
@@ -244,6 +400,7 @@ void bind_formulas(py::module_& m) {
             return all;
         });
     m.def("define", &define);
+    m.def("time_stepping", &step_in_time);
     m.attr("most_tape_dims") = most_tape_dims;
     m.attr("most_tape_params") = tape_params;
 }

@@ -6,6 +6,7 @@
 
 #include <filippov/all_branches.hpp>
 #include <filippov/diagram.hpp>
+#include <filippov/rodas5p.hpp>
 #include <filippov/trajectory.hpp>
 
 #include <algorithm>
@@ -469,7 +470,14 @@ public:
             return nullptr;
     }
     DiagramColumns diagram(const DiagramTask& task) const override {
-        return task.eighth_order ? diagram<DormandPrince8>(task) : diagram<DormandPrince5>(task);
+        switch (task.method) {
+        case Method::dopri5:
+            return diagram<DormandPrince5>(task);
+        case Method::dop853:
+            return diagram<DormandPrince8>(task);
+        default:
+            return diagram<Rodas5P>(task);
+        }
     }
 
 private:
@@ -485,6 +493,7 @@ private:
         for (const int kind : task.kinds)
             d.section.events.add(static_cast<EventKind>(kind));
         d.section.surface = task.surface;
+        d.section.direction = task.direction;
         d.transient = task.transient;
         d.keep = task.keep;
         d.follow = task.follow;
@@ -548,8 +557,11 @@ private:
     /// @param script  what to choose where the solution is not unique; none: by the policy
     template <class Sec, class... Scripts>
     Run run(const Task& task, const Sec& watched, Scripts&... script) const {
-        return task.eighth_order ? run<DormandPrince8>(task, watched, script...)
-                                 : run<DormandPrince5>(task, watched, script...);
+        if constexpr (sizeof...(Scripts) == 0) // not for all solutions: who asks that is not stiff
+            if (task.method == Method::rodas5p)
+                return run<Rodas5P>(task, watched);
+        return task.method == Method::dop853 ? run<DormandPrince8>(task, watched, script...)
+                                             : run<DormandPrince5>(task, watched, script...);
     }
     template <class Tableau, class Sec, class... Scripts>
     Run run(const Task& task, const Sec& watched, Scripts&... script) const {

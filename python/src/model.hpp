@@ -43,6 +43,8 @@ struct Watch {
 /// How many event functions a run takes: the engine keeps its guards in fixed storage.
 inline constexpr int max_watches = 16;
 
+enum class Method { dopri5, dop853, rodas5p };
+
 /// What every run is told.
 struct RunSettings {
     std::vector<double> atol;
@@ -52,7 +54,7 @@ struct RunSettings {
     long long max_steps = 0;
     long long max_events = 0;
     NonUnique on_nonunique = NonUnique::stop;
-    bool eighth_order = false;
+    Method method = Method::dopri5;
 };
 
 /// Everything a run is told.
@@ -72,7 +74,7 @@ struct DiagramTask : RunSettings {
     std::vector<double> x0;
     std::vector<double> params; ///< one row a value
     std::vector<int> kinds;     ///< event kinds; none: a strobe
-    int surface = -1;
+    int surface = -1, direction = 0;
     double transient = 0;
     double keep = 0;
     bool follow = false;

@@ -272,8 +272,9 @@ def test_words(typed):
     assert latex.startswith(r"\begin{aligned}")
     assert r"\cos" in latex
     assert latex.count("{") == latex.count("}")
+    assert r"\alpha" in fp.models.oscillator.latex()  # its formulas are written down
     with pytest.raises(TypeError, match="compiled model"):
-        fp.models.oscillator.latex()
+        fp.models.stiction.latex()
 
 
 # --- what is wrong --------------------------------------------------------------------------------

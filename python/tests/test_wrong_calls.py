@@ -132,7 +132,7 @@ TABLE = {
     "a time beyond the run": (lambda m: m["run"].sol(2.0), "t"),
     "a NaN time of the run": (lambda m: m["run"].sol(NAN), "t"),
     "a file that is not there": (lambda m: fp.load("nowhere.npz"), "nowhere"),
-    "formulas of a compiled model": (lambda m: BLOCK.to_cpp(), "oscillator"),
+    "formulas of a compiled model": (lambda m: fp.models.stiction.to_cpp(), "stiction"),
 }
 
 
