@@ -344,6 +344,24 @@ TEST_CASE("map_graph: the stable point is where a run settles", "[maps]") {
     CHECK(std::abs(orbit.multipliers[0] - f.slope) < 1e-9);
 }
 
+TEST_CASE("map_graph: a belt at rest, where slides end in tangencies, is graphed in bounded time",
+          "[maps]") {
+    // (A run whose derivative is infinite once had no time either, and so 2^63 turns to count.)
+    Vector p = block_params(3.07, 3.816);
+    p[5] = 0; // V
+    const TransitionMap map(*block(), p, {.max_periods = 20});
+    const Image image = map({-1, 3.1415926477381211}, 1);
+    CHECK(image.ok());
+    CHECK(image.singular);
+    CHECK(std::abs(image.turns) <= 20);
+    const MapGraph graph = map_graph(map, 1, {.max_evaluations = 2000});
+    CHECK(graph.status == Status::max_steps);
+    CHECK(graph.evaluations < 2100);
+    for (const MapSample& s : graph.samples)
+        if (s.image.ok())
+            REQUIRE(std::abs(s.image.turns) <= 20);
+}
+
 TEST_CASE("map_graph: breaks have both of their values", "[maps]") {
     const TransitionMap map(*block(), block_params(0.5, 2.94));
     const MapGraph graph = map_graph(map);

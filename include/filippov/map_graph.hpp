@@ -258,7 +258,8 @@ private:
             high = std::max(high, c(u));
         }
         const double margin = 8 * settings_.tolerance, turn = TransitionMap::turn;
-        if (!(high - low < 1000 * turn)) // slopes beyond all bounds: no graph of a map
+        // slopes beyond all bounds: no graph of a map; or whole turns that cannot be counted
+        if (!(high - low < 1000 * turn && std::abs(low) < 1e12))
             return;
         const double first = std::ceil((low - margin) / turn);
         const double last = std::floor((high + margin) / turn);

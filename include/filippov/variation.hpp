@@ -529,6 +529,10 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
     // a neighbour of a solution that touches has no such event
     result.singular = result.singular || variation.singular() || touched;
     if (result.singular) {
+        // The values are those of the run: at a tangency derivatives are not even finite.
+        result.t = D(result.run.t);
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            result.x[i] = D(result.run.x[i]);
         detail::make_singular(result.t);
         for (D& v : result.x)
             detail::make_singular(v);
