@@ -111,6 +111,59 @@ TEST_CASE("stiff: sticking and slipping through a contact of stiffness 1e6 keeps
     CHECK(order > 3.7); // that of the method on stiff problems is 4
 }
 
+namespace {
+
+/// x' = 3/2 + clip(c x, -1, 1): a layer that grows, between kinks.
+struct Clip {
+    static constexpr int dim = 1, surfaces = 2;
+    static constexpr std::array<SurfaceKind, 2> kinds{SurfaceKind::kink, SurfaceKind::kink};
+    double c;
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        return {S(c) * x[0] + S(1), S(c) * x[0] - S(1)};
+    }
+    template <Scalar S>
+    Vec<S, 1> region(const S&, const Vec<S, 1>& x, const Mode<2>& side, const Vec<S, 0>&) const {
+        return Vec<S, 1>(side[1] > 0 ? S(2.5) : side[0] < 0 ? S(0.5) : S(S(1.5) + S(c) * x[0]));
+    }
+};
+/// x' = 1000 y x + 1/1000, y' = 1: decays until t = 1, and grows from then on.
+struct Grows {
+    static constexpr int dim = 2, surfaces = 2;
+    static constexpr std::array<SurfaceKind, 2> kinds{SurfaceKind::kink, SurfaceKind::kink};
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {S(1e3) * x[1] * x[0] + S(1e-3), S(1)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(1), S(1)};
+    }
+};
+
+} // namespace
+
+TEST_CASE("stiff: what grows is not damped", "[stiff]") {
+    // L-stable methods damp growing modes, and the estimates of their error with them
+    const double c = GENERATE(1e4, 1e6);
+    for (const double tol : {1e-4, 1e-6, 1e-8, 1e-10}) {
+        const auto r =
+            run<Rodas5P>(Clip{c}, Vec<double, 0>{}, Vec<double, 1>(-0.01), 0, 3, tolerance<1>(tol));
+        INFO("c " << c << ", tolerance " << tol << ": " << r.result.counters.steps << " steps");
+        REQUIRE(r.result.status == Status::ok);
+        // exact: to -1/c at speed 1/2, through the layer in log(5)/c, on at speed 5/2
+        const double exact = 1 / c + 2.5 * (3 - (0.01 - 1 / c) / 0.5 - std::log(5.0) / c);
+        CHECK_THAT(r.result.x[0], WithinAbs(exact, 100 * tol));
+        CHECK(r.result.counters.steps < 50);
+    }
+    for (const double tol : {1e-4, 1e-7, 1e-10}) {
+        const Vec<double, 2> x0(1, -1);
+        const auto r = run<Rodas5P>(Grows{}, Vec<double, 0>{}, x0, 0, 1.1, tolerance<2>(tol));
+        const auto e =
+            run<DormandPrince8>(Grows{}, Vec<double, 0>{}, x0, 0, 1.1, tolerance<2>(1e-13));
+        INFO("tolerance " << tol << ": " << r.result.x[0] << ", " << e.result.x[0]);
+        CHECK(std::abs(r.result.x[0] - e.result.x[0]) < 1e5 * tol * e.result.x[0]);
+        CHECK(r.result.x[0] > 0);
+    }
+}
+
 TEST_CASE("stiff: the chapter's oscillator, where nothing is stiff, has the same events",
           "[stiff]") {
     const auto p = default_params<models::Oscillator>();

@@ -110,6 +110,39 @@ TEST_CASE("largest_error: of tapes as of Smoothed", "[switch_formulas]") {
         }
 }
 
+TEST_CASE("smooth_formulas: a magnitude is no switch", "[switch_formulas]") {
+    Graph g;
+    const Expr x = g.state(0), v = g.state(1), u = g.sub(v, g.constant(0.5));
+    const std::vector<Expr> field{v, g.sub(g.neg(g.mul(x, g.abs(x))), g.unary(Op::sign, u))};
+    CHECK(smooth_formulas(g, field, SmoothLaw::arctan, g.param(0)).argument ==
+          std::vector<Expr>{u});
+    CHECK(smooth_formulas(g, std::array{v, g.mul(x, g.abs(x))}, SmoothLaw::tanh, g.param(0))
+              .argument.empty());
+}
+
+TEST_CASE("blend_formulas: nested switches blend their regions", "[switch_formulas]") {
+    // clip(5 x, -1, 1) has kinks alone; x' = -sign(x + sign(y)/2), y' = -sign(y - 3/10)/2 slides
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1), half = g.constant(0.5);
+    const std::vector<Expr> field{
+        g.neg(g.unary(Op::sign, g.add(x, g.mul(half, g.unary(Op::sign, y))))),
+        g.neg(g.mul(half, g.unary(Op::sign, g.sub(y, g.constant(0.3)))))};
+    Definition d;
+    d.graph = g;
+    d.dim = 2;
+    split(d, field);
+    const std::vector<Expr> blend = blend_formulas(d, field, 0);
+    // at s = +-1 they are the regions
+    for (unsigned code = 0; code < d.region.size(); ++code) {
+        std::vector<double> s;
+        for (std::size_t j = 0; j < d.h.size(); ++j)
+            s.push_back(code >> j & 1 ? 1 : -1);
+        for (std::size_t i = 0; i < 2; ++i)
+            CHECK(d.graph.value(blend[i], 0, std::array{0.1, 0.2}, s) ==
+                  d.graph.value(d.region[code][i], 0, std::array{0.1, 0.2}, {}));
+    }
+}
+
 TEST_CASE("blend_formulas: s is an argument, and |u| what it is", "[switch_formulas]") {
     const auto p = default_params<models::Oscillator>();
     Friction f;

@@ -46,6 +46,16 @@ struct Ends {
     }
 };
 
+/// x' = sign x + 1/10: repels.
+struct Repels {
+    static constexpr int dim = 1;
+    template <Scalar S>
+    Vec<S, 1> field(const S&, const Vec<S, 1>&, const S& s, const Vec<S, 0>&) const {
+        return Vec<S, 1>(s + S(0.1));
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const { return x[0]; }
+};
+
 /// Slope of log error against log step over nine numbers of steps.
 template <class Sys>
 double order(const Sys& sys, const Params<Sys, double>& p, const Vec<double, dim_v<Sys>>& x0,
@@ -152,6 +162,15 @@ TEST_CASE("time_stepping: events that accumulate are harmless", "[time_stepping]
         if (r.x[i].norm() < 1e-15)
             rest = r.t[i];
     CHECK_THAT(rest, WithinAbs(0.5, 1e-3));
+}
+
+TEST_CASE("time_stepping: begins on the side where it starts", "[time_stepping]") {
+    for (const long long steps : {10, 1000}) {
+        const auto r = time_stepping(Repels{}, Vec<double, 0>{}, Vec<double, 1>(-1e-4), 0.0, 1.0,
+                                     {.steps = steps});
+        REQUIRE(r.status == Status::ok);
+        CHECK_THAT(r.x.back()[0], WithinAbs(-0.9001, 1e-12));
+    }
 }
 
 TEST_CASE("time_stepping: where nothing solves a step it says so and keeps what was",

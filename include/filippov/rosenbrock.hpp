@@ -5,6 +5,7 @@
 
 #include <filippov/runge_kutta.hpp>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -32,6 +33,9 @@ template <class S, int N> struct Slopes {
 /// makes nothing of a step that leaves the layer. So the end is asked, too: what f and the slope of
 /// the interpolant differ by there, seen through the Jacobian there, which is that of the next
 /// start.
+///
+/// Modes that grow are another matter: L-stability damps them, too, and both estimates with them. A
+/// step is refused if it is long against the fastest growth at its start.
 ///
 /// Called as RungeKutta is, except that `rhs` also gives `field(t, x)`, the derivative that nobody
 /// watches, and `slopes(t, x)`. Stages are too crude to tell where a solution is: guards are probed
@@ -79,9 +83,12 @@ public:
         k[last] = rhs.field(S(t + dt), x1);
         end_.move_to(S(t + dt), x1, rhs);
         const Polynomial p = interpolant(rhs, t, x, dt, x1);
-        const State slope = (p.c[1] - p.c[2] - p.c[3]) / dt;
+        const State slope = (p.c[1] - p.c[2] - p.c[3]) / dt, defect = k[last] - slope;
         error_ = u_[last - 1] / dt;
-        defect_ = matrix(end_, dt).solve(State(k[last] - slope)) / dt;
+        growth_ = start_.growth(dt);
+        // through a Jacobian with growing modes as if it were not there
+        defect_ = end_.growth(dt) > S(1) ? State(S(Tableau::gamma) * defect)
+                                         : State(matrix(end_, dt).solve(defect) / dt);
     }
 
     /// The interpolant over the step just taken; x1 may have been moved onto a surface since.
@@ -105,7 +112,9 @@ public:
             error += weight[i] * error_[i] * weight[i] * error_[i];
             defect += weight[i] * defect_[i] * weight[i] * defect_[i];
         }
-        return std::max(error, defect) / S(N);
+        // as an error that asks for a step in which growth is within bounds
+        const S fast = growth_ * growth_ * growth_ * growth_ * growth_;
+        return std::max(std::max(error, defect) / S(N), growth_ > S(1) ? fast * fast : S(0));
     }
 
     /// Finite only if every stage of the step is.
@@ -123,14 +132,47 @@ private:
         State x;
         Slopes<S, N> slopes;
 
+        S rate_forwards = S(0), rate_backwards = S(0); ///< fastest growth, per unit of time
+
         static constexpr S nowhere = std::numeric_limits<S>::quiet_NaN();
         void forget() { t = nowhere; }
+        /// How long a step is against the fastest growth; beyond 1 it is too long.
+        S growth(const S& dt) const {
+            return dt > S(0) ? dt * rate_forwards / S(longest) : -dt * rate_backwards / S(longest);
+        }
+        /// exp(longest) is what a mode may grow by in a step.
+        static constexpr double longest = 2;
 
         bool is_at(const S& time, const State& state) const { return t == time && x == state; }
         template <class Rhs> void move_to(const S& time, const State& state, const Rhs& rhs) {
             t = time;
             x = state;
             slopes = rhs.slopes(time, state);
+            find_rates();
+        }
+        /// The largest real parts of the eigenvalues of J and of -J.
+        void find_rates() {
+            const Mat<S, N, N>& J = slopes.by_x;
+            rate_forwards = rate_backwards = S(0);
+            const auto include = [&](const S& real) {
+                rate_forwards = std::max(rate_forwards, real);
+                rate_backwards = std::max(rate_backwards, S(-real));
+            };
+            if constexpr (N == 1) {
+                include(J(0, 0));
+            } else if constexpr (N == 2) {
+                using std::sqrt;
+                const S mean = (J(0, 0) + J(1, 1)) / S(2), half = (J(0, 0) - J(1, 1)) / S(2);
+                const S square = half * half + J(0, 1) * J(1, 0);
+                const S root = square > S(0) ? S(sqrt(square)) : S(0);
+                include(mean + root);
+                include(mean - root);
+            } else if (J.allFinite()) {
+                const Eigen::EigenSolver<Mat<S, N, N>> solver(J, false);
+                if (solver.info() == Eigen::Success)
+                    for (int i = 0; i < N; ++i)
+                        include(solver.eigenvalues()[i].real());
+            }
         }
     };
     static auto matrix(const Linearised& at, const S& dt) {
@@ -143,6 +185,7 @@ private:
     Linearised start_, end_;
     std::array<State, last> u_;
     State error_, defect_; ///< divided by the step
+    S growth_ = S(0);
 };
 
 } // namespace filippov

@@ -50,6 +50,7 @@ template <class Sys> struct Smoothed {
                   "filippov: smoothing needs `field(t, x, s, p)`, written with the true magnitude "
                   "of what switches (friction: s mu(|v - V|)); where both sides exist on both "
                   "sides of the surface, Blended<System> has it");
+    static_assert(!has_jumps_v<Sys>, "filippov: a jump of the state cannot be smoothed");
     static constexpr int dim = dim_v<Sys>;
     static constexpr int surfaces = 2 * surfaces_v<Sys>;
     static constexpr auto kinds = [] {
@@ -59,8 +60,9 @@ template <class Sys> struct Smoothed {
     }();
     static constexpr auto params = [] {
         std::array<std::string_view, std::size_t(params_v<Sys>)> names;
-        for (std::size_t i = 0; i < names.size(); ++i)
-            names[i] = Sys::params[i];
+        if constexpr (params_v<Sys> > 0)
+            for (std::size_t i = 0; i < names.size(); ++i)
+                names[i] = Sys::params[i];
         return names;
     }();
     static constexpr auto defaults = [] {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace filippov {
@@ -58,21 +59,68 @@ struct SmoothFormulas {
 inline SmoothFormulas smooth_formulas(Graph& graph, std::span<const Expr> field, SmoothLaw law,
                                       Expr c1) {
     SmoothFormulas smooth;
+    std::vector<std::pair<Expr, Expr>> made; // arguments, and what they became
     for (const Expr e : field)
         smooth.field.push_back(replace_switches(graph, e, [&](Expr u) {
-            if (std::find(smooth.argument.begin(), smooth.argument.end(), u) ==
-                smooth.argument.end())
-                smooth.argument.push_back(u);
-            return smooth_sign(graph, law, graph.mul(c1, u));
+            const Expr s = smooth_sign(graph, law, graph.mul(c1, u));
+            if (std::find(made.begin(), made.end(), std::pair(u, s)) == made.end())
+                made.emplace_back(u, s);
+            return s;
         }));
+    // The sign in a magnitude has vanished with it.
+    const std::vector<Expr> used = graph.below(smooth.field);
+    for (const auto& [u, s] : made)
+        if (std::binary_search(used.begin(), used.end(), s))
+            smooth.argument.push_back(u);
     return smooth;
 }
 
+namespace detail {
+
+/// True if a switch is inside the argument of another.
+inline bool nests_switches(const Graph& graph, std::span<const Expr> field) {
+    for (const Expr e : graph.below(field)) {
+        if (graph[e].op != Op::sign || !graph.varies(graph[e].arg[0]))
+            continue;
+        for (const Expr i : graph.below(graph[e].arg[0]))
+            if (graph[i].op == Op::sign && graph.varies(graph[i].arg[0]))
+                return true;
+    }
+    return false;
+}
+/// The fields of all regions, blended: each region's share is the product of (1 +- s_j)/2.
+inline std::vector<Expr> blend_regions(Definition& d, std::span<const Expr> sign) {
+    Graph& graph = d.graph;
+    const Expr half = graph.constant(0.5), one = graph.constant(1);
+    std::vector<std::vector<Expr>> blend = d.region;
+    for (std::size_t j = sign.size(); j-- > 0;) {
+        const Expr above = graph.mul(half, graph.add(one, sign[j]));
+        const std::size_t n = blend.size() / 2; // bit j is the highest that is left
+        for (std::size_t code = 0; code < n; ++code)
+            for (std::size_t i = 0; i < blend[code].size(); ++i) {
+                const Expr low = blend[code][i], high = blend[code + n][i];
+                blend[code][i] = graph.add(low, graph.mul(above, graph.sub(high, low)));
+            }
+        blend.resize(n);
+    }
+    return blend[0];
+}
+
+} // namespace detail
+
 /// A right-hand side with a parameter for the blend variable of each switching surface; s_j is
-/// parameter `first` + j.
+/// parameter `first` + j. Where switches are nested the regions are blended, and have to exist on
+/// both sides of their surfaces.
 /// @param d  what the right-hand side was split into
 inline std::vector<Expr> blend_formulas(Definition& d, std::span<const Expr> field, int first) {
     Graph& graph = d.graph;
+    if (detail::nests_switches(graph, field)) {
+        std::vector<Expr> sign;
+        for (std::size_t j = 0; j < d.h.size(); ++j)
+            sign.push_back(d.kind[j] == SurfaceKind::switching ? graph.param(first + int(j))
+                                                               : graph.unary(Op::sign, d.h[j]));
+        return detail::blend_regions(d, sign);
+    }
     detail::Splitter splitter(graph, d.dim, d.defaults);
     for (const Expr h : d.h)
         splitter.add_surface(h);

@@ -111,12 +111,15 @@ public:
     using X = Vec<double, N>;
     using U = Vec<double, M>;
 
-    TimeStepper(const Blend& blend, const X& x, const TimeSteppingSettings& settings,
+    TimeStepper(const Blend& blend, double t0, const X& x, const TimeSteppingSettings& settings,
                 TimeSteps<N, M>& result)
         : blend_(blend), n_(blend.dim()), m_(blend.surfaces()), max_newton_(settings.max_newton),
           theta_(settings.theta), result_(result), x_(x), s_(U::Zero(m_)), at_(sized()),
           before_(sized()) {
-        mode_.assign(std::size_t(m_), 1);
+        // it starts on the side where it is
+        blend.at(t0, x, s_, at_);
+        for (int j = 0; j < m_; ++j)
+            mode_.push_back(at_.h[j] < 0 ? -1 : 1);
     }
 
     const X& x() const { return x_; }
@@ -273,7 +276,7 @@ TimeSteps<N, M> time_stepping(const Blend& blend, const Vec<double, N>& x0, doub
     if (!std::isfinite(t0) || !std::isfinite(t_end))
         detail::refuse("t_end", t_end, "expected finite times");
     TimeSteps<N, M> result;
-    detail::TimeStepper<Blend, N, M> stepper(blend, x0, settings, result);
+    detail::TimeStepper<Blend, N, M> stepper(blend, t0, x0, settings, result);
     const auto keep = [&](double t) {
         result.t.push_back(t);
         result.x.push_back(stepper.x());

@@ -257,6 +257,12 @@ def bifurcation_diagram(
     forced = sys._forced(Params(dict(fixed) | {parameter: swept_default}))
     if "jump" in sections and "jump" not in sys.kinds:
         refuse("section", section, f"expected kinds of event: {sys.name} has no jumps")
+    if direction != 0 and sections == ("strobe",):
+        refuse("direction", direction, "expected 0 with a strobe, which has no surface")
+    slides = {"exit_sliding", "enter_sliding", "slide_extremum"} & set(sections)
+    if slides and not set(sys.kinds) - {"kink"}:
+        expected = f"expected other events: {sys.name} has no surface on which it could slide"
+        refuse("section", section, expected)
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
     which = choice("method", method, METHODS)

@@ -28,6 +28,7 @@ __all__ = [
     "POLICIES",
     "SimulationError",
     "absolute_tolerance",
+    "advice",
     "simulate",
 ]
 
@@ -254,7 +255,7 @@ def _trajectory(
         t_events=t_events,
         y_events=y_events,
         status=Status(run["status"]),
-        message=run["message"],
+        message=run["message"] + advice(sys, settings.method, run["status"]),
         events=log,
         mode=run["mode"][:, 0] if sys.surfaces == 1 else run["mode"].T,
         stats=Stats(**run["counters"]),
@@ -262,6 +263,13 @@ def _trajectory(
         params=params,
         settings=settings,
     )
+
+
+def advice(sys: System, method: str, status: str) -> str:
+    """Say what else helps a run that used its steps up, if that is known."""
+    stiff = bool(sys._positive()) and method in EXPLICIT
+    helps = stiff and status == Status.max_steps
+    return " A smoothed system is stiff: use method='rodas5p'." if helps else ""
 
 
 def absolute_tolerance(atol: ArrayLike, dim: int) -> Floats:

@@ -19,10 +19,12 @@ def smoothed(
 ) -> System:
     """Replace every switch `sign(h)` by a smooth `s(c1 h)`.
 
-    The system has no surface, and a layer of width `1/c1` where the switched one slides: it is
-    stiff, and is run by `method="rodas5p"`, whose steps are kept small enough to see the layer. The
-    solution is off by about `c1**(-2/3)` with the arctan, whose slides end late, and by about
-    `1/c1` with the other laws.
+    The system has no surface, and a layer of width `1/c1` where the switched one slides. It is
+    stiff, and needs `method="rodas5p"` in `simulate` and `bifurcation_diagram`, whose steps are
+    kept small enough to see the layer. (Explicit methods, which ensembles and maps have, take a
+    step for every width of the layer: that goes up to a c1 of some thousand.) The solution is off
+    by about `c1**(-2/3)` with the arctan, whose slides end late, and by about `1/c1` with the other
+    laws.
 
     Parameters
     ----------
@@ -35,9 +37,11 @@ def smoothed(
         `s(u)`: `2/pi arctan(u)` of (4.30), `tanh(u)`, or u between -1 and 1.
     band : float, optional
         Half width of the layer `|h| < band` that counts as sticking, in units of h, > 0; a
-        parameter of the result, by this name. Surfaces 2j and 2j + 1 are then its ends at surface
-        j of `sys`, `-h - band` and `h - band`: a "cross" to side +1 leaves it, to -1 enters it.
-        The law "saturation" has corners at `1/c1`, which are its band.
+        parameter of the result, by this name. Each function `h` that is switched on then has two
+        surfaces, the ends of its band, `-h - band` and `h - band`, in the order in which the
+        switches are named and written (`repr` lists them): a "cross" to side +1 leaves the band, to
+        -1 enters it. The law "saturation" has corners at `1/c1`, which are its band. (There are 8
+        surfaces at most; a switch inside another's argument counts for every side of it.)
 
     Returns
     -------

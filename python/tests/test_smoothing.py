@@ -165,6 +165,52 @@ def test_what_makes_no_sense_is_refused():
             return -s.x
 
 
+@pytest.mark.parametrize("law", ["arctan", "tanh", "saturation"])
+@pytest.mark.parametrize("tol", [1e-4, 1e-8])
+def test_a_layer_that_repels_is_left(law, tol):
+    # L-stable methods damp what grows like anything else: they would rest in the layer
+    @fp.system(state="x")
+    def accelerates(t, s):
+        return 1.5 + np.sign(s.x)
+
+    smooth = fp.smoothed(accelerates, c1=1e6, law=law)
+    run = fp.simulate(smooth, [-0.01], (0, 3), method="rodas5p", rtol=tol, atol=tol)
+    assert run.success
+    assert run.y[0, -1] == pytest.approx(7.45, abs=1e-3)
+    assert run.stats.steps < 200
+
+
+def test_magnitudes_are_no_switches():
+    @fp.system(state="x v")
+    def both(t, s):
+        return s.v, -s.x * abs(s.x) - 0.4 * np.sign(s.v - 0.5)
+
+    assert fp.smoothed(both, band=0.1).switches == ("0.5 - v - band", "v - 0.5 - band")
+    assert fp.smoothed(both, law="saturation").surfaces == 2
+
+    @fp.system(state="x v")
+    def drag(t, s):
+        return s.v, -s.x - s.v * abs(s.v)
+
+    with pytest.raises(fp.DefinitionError, match="nothing switches"):
+        fp.smoothed(drag)
+
+
+def test_what_would_help_is_said():
+    run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40), max_steps=1000, dense_output=False)
+    assert run.status == "max_steps"
+    assert "rodas5p" in run.message
+    run = fp.simulate(BLOCK, [0, 0], (0, 40), max_steps=10)
+    assert "rodas5p" not in run.message
+
+
+def test_a_smoothed_system_has_no_slides_to_look_for():
+    with pytest.raises(ValueError, match=r"section.*no surface on which it could slide"):
+        fp.bifurcation_diagram(fp.smoothed(BLOCK), omega=[2.9])
+    with pytest.raises(ValueError, match=r"direction.*strobe"):
+        fp.bifurcation_diagram(BLOCK, omega=[2.9], section="strobe", direction=1)
+
+
 def test_the_stiff_method_says_where_it_is_not():
     with pytest.raises(ValueError, match="method"):
         fp.ensemble(BLOCK, np.zeros((2, 2)), (0, 1), method="rodas5p")

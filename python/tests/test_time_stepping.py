@@ -66,6 +66,36 @@ def test_sides_that_are_given_one_by_one_are_blended():
     assert run.t[np.argmax(run.y[0] == 0)] == pytest.approx(1, abs=0.003)
 
 
+def test_begins_on_the_side_where_it_starts():
+    @fp.system(state="x")
+    def repels(t, s):
+        return np.sign(s.x) + 0.1
+
+    for n_steps in (10, 1000):
+        run = fp.time_stepping(repels, [-1e-4], (0, 1), n_steps=n_steps)
+        assert run.y[0, -1] == pytest.approx(-0.9001, abs=1e-12)
+
+
+def test_switches_in_switches():
+    @fp.system(state="x v")
+    def clipped(t, s):
+        return s.v, -np.clip(5 * s.x, -1, 1) - 0.2 * np.sign(s.v)
+
+    exact = fp.simulate(clipped, [1.0, 0], (0, 6), method="dop853", rtol=1e-10, atol=1e-11)
+    run = fp.time_stepping(clipped, [1.0, 0], (0, 6), n_steps=20_000)
+    assert run.success
+    assert run.y[:, -1] == pytest.approx(exact.y[:, -1], abs=1e-3)
+
+    @fp.system(state="x y")
+    def nested(t, s):
+        return -np.sign(s.x + 0.5 * np.sign(s.y)), -0.5 * np.sign(s.y - 0.3)
+
+    exact = fp.simulate(nested, [1.3, 2], (0, 6), method="dop853", rtol=1e-10, atol=1e-11)
+    run = fp.time_stepping(nested, [1.3, 2], (0, 6), n_steps=6000)
+    assert run.success
+    assert run.y[:, -1] == pytest.approx(exact.y[:, -1], abs=5e-3)
+
+
 def test_keeps_what_is_asked_for():
     run = fp.time_stepping(typed, [3, 0], (0, 1), n_steps=100, keep=30)
     assert run.t == pytest.approx([0, 0.3, 0.6, 0.9, 1.0])
