@@ -113,7 +113,8 @@ TEST_CASE("largest_error: of tapes as of Smoothed", "[switch_formulas]") {
 TEST_CASE("smooth_formulas: a magnitude is no switch", "[switch_formulas]") {
     Graph g;
     const Expr x = g.state(0), v = g.state(1), u = g.sub(v, g.constant(0.5));
-    const std::vector<Expr> field{v, g.sub(g.neg(g.mul(x, g.abs(x))), g.unary(Op::sign, u))};
+    const std::vector<Expr> field{
+        v, g.sub(g.neg(g.mul(x, g.abs(x))), g.mul(g.constant(0.4), g.unary(Op::sign, u)))};
     CHECK(smooth_formulas(g, field, SmoothLaw::arctan, g.param(0)).argument ==
           std::vector<Expr>{u});
     CHECK(smooth_formulas(g, std::array{v, g.mul(x, g.abs(x))}, SmoothLaw::tanh, g.param(0))

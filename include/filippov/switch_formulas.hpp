@@ -59,18 +59,18 @@ struct SmoothFormulas {
 inline SmoothFormulas smooth_formulas(Graph& graph, std::span<const Expr> field, SmoothLaw law,
                                       Expr c1) {
     SmoothFormulas smooth;
-    std::vector<std::pair<Expr, Expr>> made; // arguments, and what they became
+    std::vector<std::pair<Expr, Expr>> made; // arguments, and c1 times them
     for (const Expr e : field)
         smooth.field.push_back(replace_switches(graph, e, [&](Expr u) {
-            const Expr s = smooth_sign(graph, law, graph.mul(c1, u));
-            if (std::find(made.begin(), made.end(), std::pair(u, s)) == made.end())
-                made.emplace_back(u, s);
-            return s;
+            const Expr steep = graph.mul(c1, u);
+            if (std::find(made.begin(), made.end(), std::pair(u, steep)) == made.end())
+                made.emplace_back(u, steep);
+            return smooth_sign(graph, law, steep);
         }));
     // The sign in a magnitude has vanished with it.
     const std::vector<Expr> used = graph.below(smooth.field);
-    for (const auto& [u, s] : made)
-        if (std::binary_search(used.begin(), used.end(), s))
+    for (const auto& [u, steep] : made)
+        if (std::binary_search(used.begin(), used.end(), steep))
             smooth.argument.push_back(u);
     return smooth;
 }
