@@ -34,6 +34,17 @@ struct Friction {
     }
 };
 
+/// The law with a smooth switch, of which parameter 0 is the steepness, split.
+Definition smooth_friction(const Friction& f, SmoothLaw law, double c1) {
+    Definition d;
+    d.graph = f.g;
+    d.dim = 2;
+    d.defaults = {c1};
+    const SmoothFormulas smooth = smooth_formulas(d.graph, f.field, law, d.graph.param(0));
+    split(d, smooth.field);
+    return d;
+}
+
 const std::vector<Vec<double, 2>> states{{0.3, -1}, {0.3, 0.99}, {-2, 1}, {0, 1.001}, {1, 3}};
 
 } // namespace
@@ -57,13 +68,7 @@ TEST_CASE("smooth_formulas: is (4.30) with the true magnitude, as Smoothed is",
 TEST_CASE("smooth_formulas: the kink of |u| is no surface of the smoothed system",
           "[switch_formulas]") {
     Friction f;
-    Definition d;
-    d.graph = f.g;
-    d.dim = 2;
-    d.defaults = {40};
-    const SmoothFormulas smooth =
-        smooth_formulas(d.graph, f.field, SmoothLaw::arctan, d.graph.param(0));
-    split(d, smooth.field);
+    Definition d = smooth_friction(f, SmoothLaw::arctan, 40);
     CHECK(d.surfaces() == 0);
     watch(d, d.graph.sub(f.u, d.graph.constant(0.5)));
     CHECK(d.surfaces() == 1);
@@ -74,13 +79,7 @@ TEST_CASE("smooth_formulas: the kink of |u| is no surface of the smoothed system
 
 TEST_CASE("smooth_formulas: corners of saturation are kinks", "[switch_formulas]") {
     Friction f;
-    Definition d;
-    d.graph = f.g;
-    d.dim = 2;
-    d.defaults = {40};
-    const SmoothFormulas smooth =
-        smooth_formulas(d.graph, f.field, SmoothLaw::saturation, d.graph.param(0));
-    split(d, smooth.field);
+    Definition d = smooth_friction(f, SmoothLaw::saturation, 40);
     REQUIRE(d.surfaces() == 2);
     CHECK(d.kind[0] == SurfaceKind::kink);
     CHECK(d.kind[1] == SurfaceKind::kink);
@@ -88,13 +87,7 @@ TEST_CASE("smooth_formulas: corners of saturation are kinks", "[switch_formulas]
 
 TEST_CASE("largest_error: of tapes as of Smoothed", "[switch_formulas]") {
     Friction f;
-    Definition d;
-    d.graph = f.g;
-    d.dim = 2;
-    d.defaults = {1e6};
-    const SmoothFormulas smooth =
-        smooth_formulas(d.graph, f.field, SmoothLaw::arctan, d.graph.param(0));
-    split(d, smooth.field);
+    Definition d = smooth_friction(f, SmoothLaw::arctan, 1e6);
     d.layer.push_back(d.graph.mul(d.graph.param(0), f.u));
     const TapeSystem<2, 8, 16> sys(std::make_shared<const TapeProgram>(d, 16));
     REQUIRE(sys.limits_errors());

@@ -3,6 +3,7 @@
 // rodas5p.hpp); there is one stepper.
 #pragma once
 
+#include <filippov/dual.hpp>
 #include <filippov/runge_kutta.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -20,6 +21,25 @@ template <class S, int N> struct Slopes {
     Mat<S, N, N> by_x; ///< the Jacobian
     Vec<S, N> by_t;
 };
+/// The derivatives of a field f(t, x, p), exact.
+template <class Field, class S, int N, int P>
+Slopes<S, N> slopes_of(const Field& field, const S& t, const Vec<S, N>& x, const Vec<S, P>& p) {
+    using D = Dual<S, N + 1>;
+    Vec<D, N> y;
+    for (int i = 0; i < N; ++i)
+        y[i] = D::variable(x[i], i);
+    Vec<D, P> q;
+    for (int i = 0; i < P; ++i)
+        q[i] = D(p[i]);
+    const Vec<D, N> f = field(D::variable(t, N), y, q);
+    Slopes<S, N> r;
+    for (int i = 0; i < N; ++i) {
+        r.by_t[i] = f[i].d[N];
+        for (int k = 0; k < N; ++k)
+            r.by_x(i, k) = f[i].d[std::size_t(k)];
+    }
+    return r;
+}
 
 /// The stages of one step:
 ///
@@ -132,12 +152,22 @@ private:
         State x;
         Slopes<S, N> slopes;
 
-        S rate_forwards = S(0), rate_backwards = S(0); ///< fastest growth, per unit of time
+        S bound = S(0); ///< of all growth, per unit of time: a norm of the Jacobian
+        S rate_forwards = S(0), rate_backwards = S(0); ///< the fastest, once it is asked for
+        bool known = false;
 
         static constexpr S nowhere = std::numeric_limits<S>::quiet_NaN();
         void forget() { t = nowhere; }
-        /// How long a step is against the fastest growth; beyond 1 it is too long.
-        S growth(const S& dt) const {
+        /// How long a step is against the fastest growth; beyond 1 it is too long. Eigenvalues are
+        /// looked for only if the norm does not tell.
+        S growth(const S& dt) {
+            using std::abs;
+            const S at_most = abs(dt) * bound / S(longest);
+            if (!(at_most > S(1)))
+                return at_most;
+            if (!known)
+                find_rates();
+            known = true;
             return dt > S(0) ? dt * rate_forwards / S(longest) : -dt * rate_backwards / S(longest);
         }
         /// exp(longest) is what a mode may grow by in a step.
@@ -148,7 +178,8 @@ private:
             t = time;
             x = state;
             slopes = rhs.slopes(time, state);
-            find_rates();
+            bound = slopes.by_x.cwiseAbs().rowwise().sum().maxCoeff();
+            known = false;
         }
         /// The largest real parts of the eigenvalues of J and of -J.
         void find_rates() {

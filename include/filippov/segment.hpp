@@ -4,7 +4,6 @@
 
 #include <filippov/clock.hpp>
 #include <filippov/control.hpp>
-#include <filippov/dual.hpp>
 #include <filippov/event.hpp>
 #include <filippov/guards.hpp>
 #include <filippov/intersection.hpp>
@@ -341,24 +340,12 @@ private:
 
     /// Derivatives of the field of the current mode, as its stages see it.
     Slopes<S, N> slopes(const S& t, const X& x) const {
-        using D = Dual<S, N + 1>;
-        const D time = D::variable(t, N);
-        State<Sys, D> y;
-        for (int i = 0; i < N; ++i)
-            y[i] = D::variable(x[i], i);
-        Params<Sys, D> p;
-        for (int i = 0; i < params_v<Sys>; ++i)
-            p[i] = D(p_[i]);
-        if (mode_.sliding() > 0)
-            y = toward(sys_, held_, time, y, p, scale_);
-        const State<Sys, D> f = filippov::mode_field(sys_, mode_, time, y, p);
-        Slopes<S, N> r;
-        for (int i = 0; i < N; ++i) {
-            r.by_t[i] = f[i].d[N];
-            for (int k = 0; k < N; ++k)
-                r.by_x(i, k) = f[i].d[std::size_t(k)];
-        }
-        return r;
+        const auto field = [&](const auto& time, const auto& y, const auto& p) {
+            return filippov::mode_field(
+                sys_, mode_, time,
+                mode_.sliding() > 0 ? toward(sys_, held_, time, y, p, scale_) : y, p);
+        };
+        return slopes_of(field, t, x, p_);
     }
 
     /// First step size by the field of the current mode: Hairer, Norsett, Wanner I, II.4.

@@ -97,24 +97,16 @@ template <class Sys> struct Smoothed {
         }
         return ends;
     }
-    /// A tenth of the distance from the surface where the step is nearest to it, and of the layer
-    /// there: a step that errs by more may pass the layer, or leave it, without knowing. (From one
-    /// side of a layer to the other and back a method can step for ever.)
+    /// See `limit_to_layer`.
     template <Scalar S>
     X<S> largest_error(const S& t0, const X<S>& x0, const S& t1, const X<S>& x1,
                        const P<S>& p) const {
-        using std::abs;
         const auto before = switching(sys, t0, x0, p), after = switching(sys, t1, x1, p);
+        const S c1(how.c1);
         X<S> largest = X<S>::Constant(S(std::numeric_limits<Real<S>>::max()));
-        for (int j = 0; j < surfaces_v<Sys>; ++j) {
-            const S a = abs(before[j]), b = abs(after[j]);
-            const S nearest = select(before[j] * after[j] > S(0), select(a < b, a, b), S(0));
-            const X<S> gradient = grad_h(sys, j, t1, x1, p);
-            for (int i = 0; i < dim; ++i) {
-                const S share = S(0.1) * (nearest + S(1 / how.c1)) / abs(gradient[i]);
-                largest[i] = select(share < largest[i], share, largest[i]);
-            }
-        }
+        for (int j = 0; j < surfaces_v<Sys>; ++j)
+            limit_to_layer(largest, S(c1 * before[j]), S(c1 * after[j]),
+                           X<S>(c1 * grad_h(sys, j, t1, x1, p)));
         return largest;
     }
     template <Scalar S>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/sliding.hpp>
+#include <filippov/smooth_law.hpp>
 #include <filippov/split.hpp>
 #include <filippov/tape_writer.hpp>
 
@@ -210,24 +211,16 @@ public:
     double derivative_error() const { return program_->external ? 1e-9 : 0.0; }
 
     bool limits_errors() const { return !program_->grad_layer.empty(); }
-    /// As of Smoothed: a tenth of the distance from a layer's middle, and of the layer there.
+    /// See `limit_to_layer`.
     template <class S>
     X<S> largest_error(const S& t0, const X<S>& x0, const S& t1, const X<S>& x1,
                        const Q<S>& p) const {
-        using std::abs;
         X<S> largest = X<S>::Constant(S(std::numeric_limits<Real<S>>::max()));
         std::array<S, most_split_surfaces> before, after;
         program_->layer.run(t0, x0.data(), p.data(), before.data());
         program_->layer.run(t1, x1.data(), p.data(), after.data());
-        for (std::size_t j = 0; j < program_->grad_layer.size(); ++j) {
-            const S a = abs(before[j]), b = abs(after[j]);
-            const S nearest = select(before[j] * after[j] > S(0), select(a < b, a, b), S(0)) + S(1);
-            const X<S> gradient = field(program_->grad_layer[j], t1, x1, p);
-            for (int i = 0; i < N; ++i) {
-                const S share = S(0.1) * nearest / abs(gradient[i]);
-                largest[i] = select(share < largest[i], share, largest[i]);
-            }
-        }
+        for (std::size_t j = 0; j < program_->grad_layer.size(); ++j)
+            limit_to_layer(largest, before[j], after[j], field(program_->grad_layer[j], t1, x1, p));
         return largest;
     }
 

@@ -650,10 +650,11 @@ class System:
         for name, value in params.items():
             if name not in merged:
                 refuse("params", params, self._unknown(name))
-            positive = name in self._positive()
-            expected = f"expected a finite number{' > 0' if positive else ''}"
-            least = 0.0 if positive else -np.inf
-            merged[name] = number(f"params[{name!r}]", value, expected, above=least)
+            what = f"params[{name!r}]"
+            if name in self._positive():
+                merged[name] = number(what, value, "expected a finite number > 0", above=0.0)
+            else:
+                merged[name] = number(what, value)
         return Params(merged)
 
     def _positive(self) -> tuple[str, ...]:

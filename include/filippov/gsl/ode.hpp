@@ -5,7 +5,7 @@
 // it.
 #pragma once
 
-#include <filippov/dual.hpp>
+#include <filippov/rosenbrock.hpp>
 #include <filippov/settings.hpp>
 #include <filippov/status.hpp>
 #include <filippov/system.hpp>
@@ -125,18 +125,15 @@ template <class Sys> struct Calls {
     static int jacobian(double t, const double* x, double* by_x, double* by_t, void* self) {
         auto& me = *static_cast<Calls*>(self);
         ++me.result.jacobians;
-        using D = Dual<double, N + 1>;
-        Vec<D, N> y;
-        for (int i = 0; i < N; ++i)
-            y[i] = D::variable(x[i], i);
-        Params<Sys, D> q;
-        for (int i = 0; i < params_v<Sys>; ++i)
-            q[i] = D(me.p[i]);
-        const Vec<D, N> f = me.sys.f(D::variable(t, N), y, q);
+        const auto f = [&](const auto& time, const auto& y, const auto& q) {
+            return me.sys.f(time, y, q);
+        };
+        const Slopes<double, N> slopes =
+            slopes_of(f, t, Vec<double, N>(Eigen::Map<const Vec<double, N>>(x)), me.p);
         for (int i = 0; i < N; ++i) {
-            by_t[i] = f[i].d[N];
+            by_t[i] = slopes.by_t[i];
             for (int k = 0; k < N; ++k)
-                by_x[i * N + k] = f[i].d[std::size_t(k)];
+                by_x[i * N + k] = slopes.by_x(i, k);
         }
         return GSL_SUCCESS;
     }
