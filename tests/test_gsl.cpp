@@ -20,7 +20,7 @@ const Vec<double, 2> origin(0, 0);
 /// x' = log(x) - 2: falls to x = 0, where the field ends.
 struct Ends {
     static constexpr int dim = 1;
-    static constexpr std::array<SurfaceKind, 1> kinds{SurfaceKind::kink};
+    [[maybe_unused]] static constexpr std::array<SurfaceKind, 1> kinds{SurfaceKind::kink};
     template <Scalar S> Vec<S, 1> f(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const {
         using std::log;
         return Vec<S, 1>(log(x[0]) - S(2));

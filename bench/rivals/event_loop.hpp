@@ -14,27 +14,32 @@
 
 namespace filippov::rivals::detail {
 
-using State = std::array<double, 2>; // y, v
-
 /// One-sided field, smooth across the surface: side = +1 in S1, -1 in S2.
 struct OneSided {
+    using State = std::array<double, 2>; // y, v
+
     double A = 0.0, omega = 1.0, side = 1.0;
 
     double friction(double r) const { return 3.0 / (1.0 + gamma * r) + 1.0 + 0.1 * r * r; }
 
-    void operator()(const State& x, State& dxdt, double t) const {
+    /// Hands `use` a function of (x, dxdt, t) without a branch: here itself.
+    template <class Use> decltype(auto) visit(Use&& use) const { return use(*this); }
+
+    void rates(double t, const double* x, double* dxdt) const {
         dxdt[0] = x[1];
         dxdt[1] = A * std::cos(omega * t) - x[0] + side * friction(side * (belt - x[1]));
     }
-};
-
-struct Sample {
-    State x, dxdt;
+    void operator()(const State& x, State& dxdt, double t) const {
+        rates(t, x.data(), dxdt.data());
+    }
 };
 
 /// Integrator: start(f, t, x, dxdt); attempt(h) -> accepted?; begin(), end() of the last attempt;
 /// at(theta) inside it; accept(); h_next(); n_field().
 template <class Integrator> class EventLoop {
+    using State = OneSided::State;
+    using Sample = typename Integrator::Sample;
+
 public:
     EventLoop(double A, double omega, double y0, double v0, int n_periods, double tol)
         : field_{A, omega, 1.0}, tol_(tol), integrator_(tol), clock_{0.0, n_periods},

@@ -82,4 +82,73 @@ def prepare(case, tol):
     return run
 
 
+def make_spiral(tol):
+    """P2 in one mode or the other: the sense of rotation is a parameter."""
+    x, y = hy.make_vars("x", "y")
+    w = hy.par[0]
+    return hy.taylor_adaptive(
+        [(x, x + w * y), (y, y - w * x)],
+        [0.0, 0.0],
+        pars=[0.0],
+        tol=tol,
+        t_events=[hy.t_event(x * x + y * y - 1.0, direction=hy.event_direction.positive)],
+    )
+
+
+def follow_spiral(integrator, problem):
+    w = -2 * math.pi
+    integrator.reset_cooldowns()
+    integrator.time = 0.0
+    integrator.state[:] = problem.start
+    integrator.pars[0] = w
+    integrator.propagate_until(problem.t_end)
+    integrator.pars[0] = -w
+    integrator.propagate_until(problem.t_end)
+    return float(integrator.state[0]), float(integrator.state[1]), 1
+
+
+def make_stick_slip(tol):
+    """P4 below its surface, where all its slips are: there the slides end, and none crosses."""
+    x, y = hy.make_vars("x", "y")
+    return hy.taylor_adaptive(
+        [(x, y), (y, 1.0 / (1.2 - y) - x)],
+        [0.0, 0.0],
+        tol=tol,
+        t_events=[hy.t_event(y - 0.2, direction=hy.event_direction.positive)],
+    )
+
+
+def follow_stick_slip(integrator, problem):
+    """The slide in closed form: x1' = 0.2 until s = -x1 is -1."""
+    v, t_end = 0.2, problem.t_end
+    integrator.reset_cooldowns()
+    integrator.time = 0.0
+    integrator.state[:] = problem.start
+    events = 0
+    while True:
+        outcome = integrator.propagate_until(t_end)[0]
+        x, t = float(integrator.state[0]), integrator.time
+        if outcome == hy.taylor_outcome.time_limit:
+            return x, float(integrator.state[1]), events
+        events += 1
+        if not -1 < x < 1:
+            raise RuntimeError("crosses the surface, which it should not")
+        t_exit = t + (1 - x) / v
+        if t_exit >= t_end:
+            return x + v * (t_end - t), v, events
+        integrator.time = t_exit
+        integrator.state[:] = (1.0, v)
+        events += 1
+
+
+def prepare_problem(problem, tol):
+    """P2 and P4."""
+    if problem.name == "P2":
+        return partial(follow_spiral, make_spiral(tol), problem)
+    if problem.name == "P4":
+        return partial(follow_stick_slip, make_stick_slip(tol), problem)
+    return None
+
+
+PROBLEM_RIVALS = [Rival("heyoka", powers_of_ten(4, 13), prepare_problem)]
 RIVALS = [Rival("heyoka", powers_of_ten(4, 13), prepare)]

@@ -51,13 +51,13 @@ CASES = (
 class Rival:
     """One method: prepare(case, tolerance) compiles what is to be compiled, and is not timed.
 
-    It returns a function without arguments that gives the final y and v and the number of events
-    (None where the method knows of none).
+    It returns a function without arguments that gives the final state, one number after the other,
+    and the number of events (None where the method knows of none); or None if it has no such case.
     """
 
     name: str
     tolerances: tuple[float, ...]
-    prepare: Callable[[Case, float], Callable[[], tuple[float, float, int | None]]]
+    prepare: Callable[..., Callable[[], tuple] | None]
 
 
 def powers_of_ten(first, last):

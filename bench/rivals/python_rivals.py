@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What does a trajectory of the friction oscillator cost at which error with tools of Python?
+"""What does a trajectory with events cost at which error with tools of Python?
 
-200 periods from (0, 0), with stick at (A, omega) = (0.5, 2.94), mostly crossings at (5, 1.6); error
-of the final state; CPU time, the best of several. Runs whatever py_<name>.py can be imported.
+200 periods from (0, 0), with stick at (A, omega) = (0.5, 2.94), mostly crossings at (5, 1.6); and
+the problems of py_switched.py. Error of the final state; CPU time, the best of several. Runs
+whatever py_<name>.py can be imported.
 With --smoothed instead: friction smoothed by an arctangent, and scipy's stiff solvers.
 
-Usage: python python_rivals.py [--json FILE] [--quick] [--only NAME ...] [--smoothed]
+Usage: python python_rivals.py [--json FILE] [--quick] [--only NAME ...] [--problems] [--smoothed]
 """
 
 import argparse
@@ -18,13 +19,17 @@ import time
 from pathlib import Path
 
 from py_oscillator import CASES
+from py_switched import PROBLEMS
 
 NAMES = ("scipy", "numba", "heyoka", "siconos")
 
 
 def import_rivals(names):
-    """All methods that can be run here; says which packages are missing."""
-    rivals = []
+    """All methods that can be run here, for the oscillator and for the other problems.
+
+    Says which packages are missing.
+    """
+    rivals, problem_rivals = [], []
     for name in names:
         try:
             module = importlib.import_module(f"py_{name}")
@@ -33,7 +38,8 @@ def import_rivals(names):
             continue
         print(f"{name}: {module.VERSION}")
         rivals += module.RIVALS
-    return rivals
+        problem_rivals += getattr(module, "PROBLEM_RIVALS", [])
+    return rivals, problem_rivals
 
 
 def best_time(run, quick):
@@ -47,23 +53,25 @@ def best_time(run, quick):
 
 
 def measure(rival, case, tol, quick):
-    """One row, its answer checked before it is timed; None where the method gives up."""
+    """One row, its answer checked before it is timed; None where there is none."""
     try:
         run = rival.prepare(case, tol)
-        y, v, events = run()
+        if run is None:
+            return None
+        *end, events = run()
     except (RuntimeError, ArithmeticError) as failure:
         print(f"{rival.name:14} {tol:6.0e} {failure}")
         return None
-    error = case.error(y, v)
+    error = case.error(*end)
     ms = best_time(run, quick)
     remark = "" if events in (None, case.events) else f"  WRONG: {events} events"
     print(f"{rival.name:14} {tol:6.0e} {error:9.1e} {ms:10.3f}{remark}", flush=True)
     return {"case": case.name, "method": rival.name, "tol": tol, "error": error, "ms": ms}
 
 
-def compare(rivals, quick):
+def compare(rivals, cases, quick):
     rows = []
-    for case in CASES:
+    for case in cases if rivals else ():
         print(
             f"\n{case.name}, {case.events} events\n{'method':14} {'tol':>6} {'error':>9} {'ms':>10}"
         )
@@ -78,15 +86,18 @@ def main(arguments=None):
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows to this file")
     parser.add_argument("--quick", action="store_true", help="two tolerances, timed once")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="only these")
+    parser.add_argument("--problems", action="store_true", help="without the oscillator")
     parser.add_argument("--smoothed", action="store_true", help="the smoothed law instead")
     args = parser.parse_args(arguments)
     print(f"Python {platform.python_version()}")
     if args.smoothed:
-        if not import_rivals(["scipy"]):
+        if not any(import_rivals(["scipy"])):
             return 1
         rows = importlib.import_module("py_smoothed").compare(args.quick)
     else:
-        rows = compare(import_rivals(args.only), args.quick)
+        rivals, problem_rivals = import_rivals(args.only)
+        rows = [] if args.problems else compare(rivals, CASES, args.quick)
+        rows += compare(problem_rivals, PROBLEMS, args.quick)
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return 0

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ._event_map import EventMap, FixedPoint, event_map
     from ._foreign import SlowSystemWarning
     from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
+    from ._gsl_run import GslRun, gsl_run
     from ._lyapunov import Lyapunov, lyapunov
     from ._maps import Mapped, section_map, strobe_map
     from ._orbit import Orbit, OrbitError, periodic_orbit
@@ -80,6 +81,7 @@ __all__ = [
     "Fraction",
     "Grid",
     "GroupCheck",
+    "GslRun",
     "LaneStats",
     "Lyapunov",
     "Mapped",
@@ -120,6 +122,7 @@ __all__ = [
     "follow_basins",
     "get_cmake_dir",
     "get_include",
+    "gsl_run",
     "load",
     "lyapunov",
     "models",
@@ -205,6 +208,7 @@ _NAMES = {
         "equilibria",
         "tangencies",
     ),
+    "_gsl_run": ("GslRun", "gsl_run"),
     "_lyapunov": (
         "Lyapunov",
         "lyapunov",

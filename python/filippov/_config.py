@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _core
 from ._check import word
+from ._gsl_run import has_gsl
 from ._lanes import instruction_set, lanes_in_a_register
 
 __all__ = ["get_cmake_dir", "get_include", "show_config"]
@@ -46,6 +47,7 @@ def show_config(mode: str = "stdout") -> dict[str, str] | None:
         "instruction set": str(_core.config["simd"]),
         "lanes": f"{instruction_set()}, {lanes_in_a_register()} in a register",
         "threads": str(_core.config["threads"]),
+        "GSL": "yes" if has_gsl() else "no",
         "assertions": "on" if _core.config["assertions"] else "off",
         "Python": platform.python_version(),
         "numpy": np.__version__,

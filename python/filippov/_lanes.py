@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import importlib.util
 import os
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -16,6 +17,7 @@ from ._system import System
 __all__ = [
     "LEVELS",
     "instruction_set",
+    "instruction_sets",
     "lanes_in_a_register",
     "lanes_of",
     "level_of",
@@ -26,12 +28,22 @@ __all__ = [
 LEVELS = ("baseline", "avx2", "avx512")
 
 
+def _path(level: str) -> str:
+    return f"filippov._lanes_{level}"
+
+
+@functools.cache
+def instruction_sets() -> tuple[str, ...]:
+    """Name those that this processor has and this installation was compiled for."""
+    best = LEVELS.index(_core.instruction_set())
+    return tuple(level for level in LEVELS[: best + 1] if importlib.util.find_spec(_path(level)))
+
+
 @functools.cache
 def instruction_set() -> str:
     """Name of the instruction set in use: the best one, or what `FILIPPOV_SIMD` asks for."""
-    best = _core.instruction_set()
-    wanted = os.environ.get("FILIPPOV_SIMD", best)
-    possible = LEVELS[: LEVELS.index(best) + 1]
+    possible = instruction_sets()
+    wanted = os.environ.get("FILIPPOV_SIMD", possible[-1])
     if wanted not in possible:
         refuse("FILIPPOV_SIMD", wanted, f"expected one of {', '.join(possible)}")
     return wanted
@@ -39,7 +51,7 @@ def instruction_set() -> str:
 
 @functools.cache
 def _module(level: str) -> Any:  # noqa: ANN401 - compiled
-    return importlib.import_module(f"filippov._lanes_{level}")
+    return importlib.import_module(_path(level))
 
 
 _made: WeakKeyDictionary[_core.Model, Any] = WeakKeyDictionary()

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_lanes.hpp"
+#include "instruction_set.hpp"
 
 namespace filippov::python {
 
@@ -126,17 +127,7 @@ void bind_ensemble(py::module_& m) {
             return py::none();
         return capsule_of<TapesPointer, tapes_capsule>(std::move(tapes));
     });
-    // The best instruction set that lanes are compiled for and this processor has.
-    m.def("instruction_set", [] {
-#if defined(__x86_64__) && defined(__GNUC__)
-        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-            __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw"))
-            return "avx512";
-        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-            return "avx2";
-#endif
-        return "baseline";
-    });
+    m.def("instruction_set", &instruction_set);
 }
 
 } // namespace filippov::python

@@ -115,10 +115,10 @@ print(ends.instruction_set, repr(float(ends.y.sum())), int(ends.n_events.sum()))
 
 @pytest.mark.parametrize("level", ["baseline", "avx2", "avx512"])
 def test_every_instruction_set_gives_the_same_but_for_rounding(level):
-    from filippov._lanes import LEVELS, instruction_set
+    from filippov._lanes import instruction_sets
 
-    if LEVELS.index(level) > LEVELS.index(instruction_set()):
-        pytest.skip("the processor has no such registers")
+    if level not in instruction_sets():
+        pytest.skip("the processor has no such registers, or lanes were not compiled for them")
     run = subprocess.run(
         [sys.executable, "-c", LEVEL],
         env=os.environ | {"FILIPPOV_SIMD": level},
