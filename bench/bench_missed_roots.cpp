@@ -9,6 +9,7 @@
 #include "measure.hpp"
 
 #include <filippov/flow.hpp>
+#include <filippov/rodas5p.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -103,6 +104,7 @@ int main(int argc, char** argv) {
     for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
         rows.push_back(count<DormandPrince5>("dopri5", tolerance, runs));
         rows.push_back(count<DormandPrince8>("dop853", tolerance, runs));
+        rows.push_back(count<Rodas5P>("rodas5p", tolerance, runs));
     }
     nlohmann::json results = nlohmann::json::array();
     bool right = true;

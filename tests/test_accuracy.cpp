@@ -76,3 +76,17 @@ TEMPLATE_TEST_CASE("accuracy: the error follows the tolerance, with a slope of o
     CHECK(slope >= 0.85);
     CHECK(slope <= 1.15);
 }
+
+TEST_CASE("accuracy: a root that only the interpolant sees costs a few trial steps", "[accuracy]") {
+    auto p = default_params<models::Oscillator>();
+    p[0] = 0.5;
+    p[1] = 2.94;
+    const models::Oscillator sys;
+    // at this tolerance the interpolant dips below the surface where no step does, every period
+    const auto r = run<DormandPrince5>(sys, p, Vec<double, 2>(0, 0), 0, 200 * sys.period(p),
+                                       tolerance<2>(1e-3));
+    REQUIRE(r.result.status == Status::ok);
+    const auto& counters = r.result.counters;
+    CHECK(counters.interpolants > 80); // 50 slips land
+    CHECK(counters.landings < 8 * counters.interpolants);
+}

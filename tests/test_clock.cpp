@@ -2,6 +2,7 @@
 #include "catch.hpp"
 
 #include <filippov/clock.hpp>
+#include <filippov/flow.hpp>
 
 #include <cmath>
 
@@ -120,4 +121,52 @@ TEMPLATE_TEST_CASE("clock: every scalar keeps time", "[clock]", float, long doub
         c.advance(S(-0.375));
     CHECK(c.index == -375);
     CHECK(c.local == S(0));
+}
+
+TEST_CASE("clock: many periods at once are one step", "[clock]") {
+    auto c = Clock<double>::at(0.25, 1.0);
+    c.advance(1e15); // nothing may count to that
+    CHECK(c.index == 1'000'000'000'000'000);
+    CHECK(c.local == 0.25);
+    c.advance(-1e15);
+    CHECK(c.index == 0);
+    CHECK(c.local == 0.25);
+}
+
+namespace {
+
+/// x' = cos(omega t), with the period that the formula gives.
+struct Driven {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"omega"};
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>&, const Vec<S, 1>& p) const {
+        using std::cos;
+        return Vec<S, 1>(cos(p[0] * t));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const {
+        return x[0] - S(100);
+    }
+    template <Scalar S> S period(const Vec<S, 1>& p) const { return S(6.283185307179586) / p[0]; }
+};
+
+} // namespace
+
+TEST_CASE("clock: a period that is no finite number > 0 is none", "[clock]") {
+    Settings<double, 1> settings;
+    Nothing nothing;
+    const Vec<double, 1> origin(0);
+    const auto to_2 = [&](double omega) {
+        return flow(Driven{}, Vec<double, 1>(omega), origin, 0.0, 2.0, settings, nothing);
+    };
+    CHECK(to_2(0).status == Status::ok); // 2 pi / 0
+    CHECK(to_2(0).t == 2);
+    CHECK(to_2(0).x[0] == Approx(2));
+    CHECK(to_2(-1).x[0] == Approx(std::sin(2.0)));
+    CHECK(to_2(1e-320).x[0] == Approx(2));
+    // too short to tell the phase of t_end
+    CHECK_THROWS_WITH(to_2(1e300), Catch::Matchers::ContainsSubstring("period = 6.28319e-300"));
+    CHECK_THROWS_AS(to_2(1e17), std::invalid_argument);
 }

@@ -305,6 +305,66 @@ TEST_CASE("ensemble: agrees with flow: random systems", "[ensemble]") {
           0);
 }
 
+namespace {
+
+/// A block that rests: mu g = 0.4 cos t, which turns negative at pi/2.
+struct Brake {
+    static constexpr int dim = 2;
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        using std::cos;
+        return {x[1], S(0.4) * cos(t)};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        using std::cos;
+        return {x[1], S(-0.4) * cos(t)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <Scalar S>
+    Vec<S, 2> sliding_flow(const S&, const Vec<S, 2>& x, const Vec<S, 0>&, const S&) const {
+        return x;
+    }
+};
+
+} // namespace
+
+TEST_CASE("ensemble: a slide in closed form ends where the surface ceases to attract",
+          "[ensemble]") {
+    const Members<Brake> members(3, {Vec<double, 2>(0, 0), Vec<double, 0>(), 0, 3});
+    const auto ends = ensembles::run(Brake{}, members, ensembles::tolerance<Brake>(1e-9));
+    for (const auto& o : ends.outcomes) {
+        CHECK(o.status == Status::ambiguous);
+        CHECK(o.clock.absolute() == Approx(1.5707963267948966));
+    }
+}
+
+namespace {
+
+/// x' = x^2 is gone at t = 1.
+struct BlowUp {
+    static constexpr int dim = 1;
+    template <Scalar S> Vec<S, 1> f1(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        return Vec<S, 1>(x[0] * x[0]);
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 0>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        return -S(1) - x[0];
+    }
+};
+
+} // namespace
+
+TEST_CASE("ensemble: a blow-up ends as it does by flow", "[ensemble]") {
+    const Members<BlowUp> members(3, {Vec<double, 1>(1), Vec<double, 0>(), 0, 2});
+    for (const double each : {1e-6, 1e-9, 1e-12})
+        for (const auto& o :
+             ensembles::run(BlowUp{}, members, ensembles::tolerance<BlowUp>(each)).outcomes) {
+            CHECK(o.status == Status::step_too_small);
+            CHECK(o.clock.absolute() == Approx(1));
+        }
+}
+
 TEST_CASE("ensemble: hardly ever hands members over", "[ensemble]") {
     const auto share = [](const auto& sys, const auto& members, double each, double periods) {
         using Sys = std::decay_t<decltype(sys)>;

@@ -103,4 +103,6 @@ TEST_CASE("Graph: a sign comes apart at products", "[formulas]") {
     CHECK(sign(g.pow(x, g.constant(3))) == sign(x));
     CHECK(sign(g.unary(Op::tanh, x)) == sign(x));
     CHECK(sign(g.unary(Op::exp, x)) == g.constant(1));
+    CHECK(sign(g.mul(y, g.add(g.constant(1), g.mul(x, x)))) == sign(y));
+    CHECK(sign(g.add(g.mul(x, x), g.mul(y, y))) != g.constant(1)); // zero at the origin
 }

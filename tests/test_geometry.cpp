@@ -26,7 +26,7 @@ Vector point(std::initializer_list<double> values) {
 /// equilibria in closed form.
 struct Rotor {
     static constexpr int dim = 2;
-    static constexpr std::array<std::string_view, 2> state{"x", "y"};
+    [[maybe_unused]] static constexpr std::array<std::string_view, 2> state{"x", "y"};
     static constexpr std::array<std::string_view, 3> params{"c", "d", "e"};
     static constexpr std::array<double, 3> defaults{0.5, 0.25, -1};
 

@@ -124,6 +124,11 @@ TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guar
     CHECK(falls([](double u) { return 1 - u / 2; }) == 0);                    // not in this step
     CHECK(falls([](double u) { return (u - 0.3) * (u - 0.3) - 0.01; }) == 2); // at 0.2
     CHECK(falls([](double u) { return 0.5 + std::cos(20 * u); }) == 0);       // not resolved
+    for (const double middle : {0.1, 0.4, 0.9}) // three roots where two probes see one
+        CHECK(falls([middle](double u) {
+                  const double v = u - middle;
+                  return v * (1e-4 - v * v);
+              }) == 0);
     auto root = track<Sixths>([](double u) { return u * (0.5 - u); });
     root.order = 1;
     CHECK(root.falls_through<Sixths>() == 0);

@@ -221,8 +221,9 @@ TEMPLATE_TEST_CASE("H14: bounces that accumulate end in rest, in a bounded numbe
     const double v1 = std::sqrt(0.25 + 2 * 9.8);
     const auto limit = r.times(accumulation);
     REQUIRE(limit.size() == 1);
-    // some hundred bounces, each to an ulp of t = 18
-    CHECK(limit[0] == Approx(t1 + 2 * e * v1 / (9.8 * (1 - e))).epsilon(0).margin(tol + 5e-13));
+    // each bounce to an ulp of t < 32
+    const double rounding = double(r.events.size()) * 16 * eps;
+    CHECK(limit[0] == Approx(t1 + 2 * e * v1 / (9.8 * (1 - e))).epsilon(0).margin(tol + rounding));
     CHECK(r.result.x[0] == 0);
     CHECK(r.result.x[1] == 0);
     CHECK(r.result.mode[0] == 0);

@@ -402,7 +402,7 @@ TEST_CASE("lane_flow: what is not finite has a status, and spoils no other membe
             bad.t_end = v;
             break;
         default:
-            bad.p[1] = 0; // a period without end
+            bad.p[1] = 1e300; // a period of which too many fit in any time
         }
         mixed.push_back(bad);
         place.push_back(mixed.size());
@@ -425,6 +425,14 @@ TEST_CASE("lane_flow: what is not finite has a status, and spoils no other membe
     for (std::size_t i = 0; i < m.size(); ++i)
         differ += !same(alone.outcomes[i], r.outcomes[place[i]]);
     CHECK(differ == 0);
+}
+
+TEST_CASE("lane_flow: a forcing without period is constant", "[lane_flow]") {
+    auto m = grid(6, 2);
+    for (auto& member : m)
+        member.p[1] = 0; // 2 pi / 0
+    CHECK(unlike_flow(Oscillator{}, m, 1e-8) == 0);
+    CHECK(unlike_flow(OneByOne{}, m, 1e-8) == 0);
 }
 
 TEST_CASE("lane_flow: blows up by itself, or escapes its bounds", "[lane_flow]") {

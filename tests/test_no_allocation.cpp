@@ -93,15 +93,25 @@ void check(const Sys& sys, const Vec<double, dim_v<Sys>>& x0, double t_end) {
 } // namespace
 
 TEST_CASE("no_allocation: the counter counts", "[no_allocation]") {
-    long long n = allocated([] { std::vector<int> v(3); });
+    [[maybe_unused]] static const void* volatile seen; // or a compiler leaves out what nobody sees
+    long long n = allocated([] {
+        const std::vector<int> v(3);
+        seen = v.data();
+    });
     CHECK(n == 1);
-    n = allocated([] { delete new int(1); });
+    n = allocated([] {
+        const int* one = new int(1);
+        seen = one;
+        delete one;
+    });
     CHECK(n == 1);
     n = allocated([] {
         struct alignas(64) Wide {
             double x[8];
         };
-        delete new Wide;
+        const Wide* one = new Wide;
+        seen = one;
+        delete one;
     });
     CHECK(n == 1);
 }

@@ -169,3 +169,56 @@ TEMPLATE_TEST_CASE("rosenbrock: steps in every precision", "[rosenbrock]", float
     CHECK_THAT(double(x1[0]),
                Catch::Matchers::WithinAbs(std::exp(-0.01), std::same_as<S, float> ? 1e-7 : 1e-14));
 }
+
+namespace {
+
+/// A stiff rotation x' = A x, with one component in units of `unit`.
+struct Rotation {
+    double unit;
+    Vec<double, 2> field(double, const Vec<double, 2>& x) const {
+        return {-x[0] - 1e3 * (x[1] / unit), unit * (1e3 * x[0]) - 2 * x[1]};
+    }
+    Slopes<double, 2> slopes(double, const Vec<double, 2>&) const {
+        Slopes<double, 2> s;
+        s.by_x << -1, -1e3 / unit, 1e3 * unit, -2;
+        s.by_t.setZero();
+        s.size << 1, unit;
+        return s;
+    }
+};
+
+} // namespace
+
+TEST_CASE("rosenbrock: a step of no length stays", "[rosenbrock]") {
+    // a landing may ask for one; 1/dt is infinite below the smallest normal number, too
+    for (const double dt : {0.0, 4e-320, -1e-310}) {
+        Rotation rhs{1};
+        Rosenbrock<Rodas5P, double, 2> method;
+        const Vec<double, 2> x(1, 0.5);
+        Vec<double, 2> x1;
+        method.begin(rhs.field(0, x));
+        method.step(rhs, 0.0, x, dt, x1);
+        CHECK(x1 == x);
+        CHECK(method.mean_square_error(Vec<double, 2>(1e8, 1e8)) == 0);
+        CHECK(method.sum_of_stages().allFinite());
+        const auto path = method.interpolant(rhs, 0.0, x, dt, x1);
+        CHECK(path(0.5) == x);
+        method.go_on();
+        method.step(rhs, 0.0, x, 1e-3, x1);
+        CHECK(x1.allFinite());
+    }
+}
+
+TEST_CASE("H20, rosenbrock: a step is the same to the bit in any units", "[rosenbrock]") {
+    const auto step = [](double unit) {
+        Rotation rhs{unit};
+        Rosenbrock<Rodas5P, double, 2> method;
+        const Vec<double, 2> x(1, 0.5 * unit);
+        Vec<double, 2> x1;
+        method.begin(rhs.field(0, x));
+        method.step(rhs, 0.0, x, 1e-3, x1);
+        return Vec<double, 2>(x1[0], x1[1] / unit);
+    };
+    for (const int power : {-40, -3, 17, 60})
+        CHECK(step(std::ldexp(1.0, power)) == step(1));
+}

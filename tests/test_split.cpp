@@ -48,6 +48,22 @@ TEST_CASE("split: multiples are one surface, whatever their sign", "[formulas]")
     CHECK(d.graph.value(d.region[1][1], 0, std::vector{3.0, 0.5}, {}) == -0.5);
 }
 
+TEST_CASE("split: what is proportional at positive times only is another surface", "[formulas]") {
+    const Definition d = plane([](Graph& g, Expr, Expr y, Expr) {
+        const Expr t = g.time(), size = g.unary(Op::sqrt, g.mul(t, t));
+        return std::vector<Expr>{sign(g, t), g.add(y, sign(g, size))};
+    });
+    const std::array<double, 2> x{0, 0.5};
+    const std::array<double, 1> p{1};
+    for (const double t : {-2.0, 2.0}) {
+        std::size_t code = 0;
+        for (std::size_t j = 0; j < d.h.size(); ++j)
+            code |= std::size_t(d.graph.value(d.h[j], t, x, p) > 0) << j;
+        CHECK(d.graph.value(d.region[code][0], t, x, p) == t / 2);
+        CHECK(d.graph.value(d.region[code][1], t, x, p) == 1.5);
+    }
+}
+
 TEST_CASE("split: a factor of parameters turns the surface with its sign", "[formulas]") {
     const auto d = plane(
         [](Graph& g, Expr x, Expr, Expr p) {
@@ -119,4 +135,55 @@ TEST_CASE("split: more surfaces than can be told apart are refused", "[formulas]
                         return std::vector{sum, y};
                     }),
                     std::invalid_argument);
+}
+
+TEST_CASE("split: a named surface keeps its form where the field knows it by another",
+          "[formulas]") {
+    using Make = std::function<Expr(Graph&, Expr x, Expr y)>;
+    const std::vector<Make> forms{
+        [](Graph& g, Expr x, Expr y) { return g.mul(y, g.unary(Op::exp, x)); },
+        [](Graph& g, Expr x, Expr y) { return g.mul(y, g.add(g.constant(1), g.mul(x, x))); },
+        [](Graph& g, Expr x, Expr y) { return g.div(y, g.add(g.constant(1), g.mul(x, x))); },
+        [](Graph& g, Expr, Expr y) { return g.pow(y, g.constant(3)); },
+        [](Graph& g, Expr, Expr y) { return g.neg(y); },
+    };
+    for (std::size_t k = 0; k < forms.size(); ++k) {
+        CAPTURE(k);
+        Definition d;
+        d.dim = 2;
+        Graph& g = d.graph;
+        const Expr h = forms[k](g, g.state(0), g.state(1));
+        const std::vector field{g.state(1), sign(g, h)};
+        split(d, field, std::vector{h});
+        REQUIRE(d.surfaces() == 1);
+        CHECK(d.h[0] == h);
+        CHECK(g.is_constant(d.region[0][1], -1));
+        CHECK(g.is_constant(d.region[1][1], 1));
+    }
+}
+
+TEST_CASE("split: a named surface that is several, or none, is refused for that", "[formulas]") {
+    const auto named = [](const auto& make) {
+        Definition d;
+        d.dim = 2;
+        Graph& g = d.graph;
+        const Expr h = make(g, g.state(0), g.state(1));
+        const std::vector field{g.state(1), sign(g, h)};
+        split(d, field, std::vector{h});
+    };
+    using Catch::Matchers::ContainsSubstring;
+    CHECK_THROWS_WITH(named([](Graph& g, Expr x, Expr y) { return g.mul(x, y); }),
+                      ContainsSubstring("consists of several"));
+    CHECK_THROWS_WITH(
+        named([](Graph& g, Expr x, Expr) { return g.sub(g.abs(x), g.constant(0.5)); }),
+        ContainsSubstring("consists of several"));
+    CHECK_THROWS_WITH(named([](Graph& g, Expr x, Expr) { return g.unary(Op::exp, x); }),
+                      ContainsSubstring("never changes"));
+    Definition twice;
+    twice.dim = 2;
+    Graph& g = twice.graph;
+    const Expr y = g.state(1), two_y = g.mul(g.constant(2), y);
+    const std::vector field{g.state(0), sign(g, y)};
+    CHECK_THROWS_WITH(split(twice, field, std::vector{y, two_y}),
+                      ContainsSubstring("nothing changes at surface 1"));
 }

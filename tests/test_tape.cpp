@@ -146,6 +146,24 @@ TEST_CASE("Tape: long formulas keep their numbers apart", "[formulas]") {
           Approx(wanted).epsilon(1e-12));
 }
 
+TEST_CASE("Tape: constants that cannot be folded or inverted", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), zero = g.constant(0), one = g.constant(1), large = g.constant(1e308),
+               tiny = g.constant(4e-310);
+    const auto at = [&](Expr e, double value) {
+        return ran<double>(write_tape(g, std::array{e}), 0.0, {value}, {});
+    };
+    CHECK(at(g.div(one, zero), 0) == std::numeric_limits<double>::infinity());
+    CHECK(at(g.div(one, g.sub(zero, zero)), 0) == std::numeric_limits<double>::infinity());
+    CHECK(std::isnan(at(g.div(zero, zero), 0)));
+    CHECK(at(g.add(large, large), 0) == std::numeric_limits<double>::infinity());
+    CHECK(at(g.mul(large, g.constant(10)), 0) == std::numeric_limits<double>::infinity());
+    CHECK(at(g.sub(g.neg(large), large), 0) == -std::numeric_limits<double>::infinity());
+    CHECK(at(g.add(x, g.div(one, zero)), 2) == std::numeric_limits<double>::infinity());
+    CHECK(at(g.div(x, tiny), 1e-3) == 1e-3 / 4e-310);
+    CHECK(at(g.div(x, g.constant(1.7e308)), 1.7e308) == 1);
+}
+
 TEST_CASE("Tape: what cannot be written is refused", "[formulas]") {
     Graph g;
     Expr deep = g.state(0);

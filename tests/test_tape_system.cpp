@@ -35,7 +35,8 @@ void same_runs(const A& a, const B& b, const Vec<double, N>& x0, double t_end, d
     const int m = surface_count(a);
     for (std::size_t k = 0; k < mine.events.size(); ++k) {
         CAPTURE(k);
-        const auto &e = mine.events[k], &f = other.events[k];
+        const auto& e = mine.events[k];
+        const auto& f = other.events[k];
         CHECK(e.kind == f.kind);
         CHECK(e.surface == f.surface);
         CHECK(std::abs(e.t - f.t) < 1e-12 * (1 + f.t));

@@ -58,7 +58,7 @@ inline void require_attractor(const AttractorPoints& points,
         refuse("points.size()", 0, "expected at least one point an attractor");
     for (const auto& x : points) {
         if (x.size() != scale.size())
-            refuse("point.size()", static_cast<long double>(x.size()),
+            refuse("point.size()", x.size(),
                    "expected one entry a scale, " + std::to_string(scale.size()));
         if (!x.allFinite())
             refuse("point", unknown, "expected finite numbers");

@@ -96,8 +96,7 @@ inline BasinEntropy basin_entropy(const LabelGrid& grid, std::size_t box = 5) {
     detail::require_grid(grid);
     const std::size_t side = std::min(grid.columns, grid.rows());
     if (!(box >= 2 && box <= side))
-        detail::refuse("box", static_cast<long double>(box),
-                       "expected 2 cells to the shorter side, " + std::to_string(side));
+        detail::refuse("box", box, "expected 2 cells to the shorter side, " + std::to_string(side));
     BasinEntropy result;
     result.unresolved = std::count(grid.labels.begin(), grid.labels.end(), label_unresolved);
     const detail::BoxTiling tiling = detail::tile(grid, box, 0, 0);

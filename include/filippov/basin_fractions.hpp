@@ -53,7 +53,7 @@ inline double normal_quantile(double level) {
 inline Fraction wilson_fraction(Label label, long long count, long long n, double level = 0.95) {
     detail::require_positive("n", n);
     if (!(count >= 0 && count <= n))
-        detail::refuse("count", static_cast<long double>(count), "expected 0 <= count <= n");
+        detail::refuse("count", count, "expected 0 <= count <= n");
     if (!(level > 0 && level < 1))
         detail::refuse("level", level, "expected 0 < level < 1");
     const double z = detail::normal_quantile(level);

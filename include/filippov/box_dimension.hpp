@@ -117,12 +117,12 @@ inline BoxDimension box_dimension(const LabelGrid& grid, std::size_t smallest = 
     detail::require_grid(grid);
     const std::size_t side = std::min(grid.columns, grid.rows()) - 1;
     if (!(smallest > 0 && smallest <= side))
-        detail::refuse("smallest", static_cast<long double>(smallest),
+        detail::refuse("smallest", smallest,
                        "expected 1 to the shorter side less one, " + std::to_string(side));
     if (largest == 0)
         largest = std::max(smallest, side / 8);
     if (!(largest >= smallest && largest <= side))
-        detail::refuse("largest", static_cast<long double>(largest),
+        detail::refuse("largest", largest,
                        "expected smallest to the shorter side less one, " + std::to_string(side));
     std::size_t doubled = 1; // largest size over smallest
     while (doubled <= largest / smallest / 2)

@@ -94,8 +94,7 @@ public:
                            "expected another coordinate than that of the first axis");
         const std::int64_t cells = std::int64_t(first.n) * second.n;
         if (!(cells <= std::numeric_limits<std::int32_t>::max()))
-            detail::refuse("first.n * second.n", static_cast<long double>(cells),
-                           "expected at most 2^31 - 1 cells");
+            detail::refuse("first.n * second.n", cells, "expected at most 2^31 - 1 cells");
     }
 
     /// 0: the first axis, 1: the second.
@@ -299,7 +298,7 @@ private:
 ///               systems, J. Appl. Mech. 47 (1980)
 inline CellMap cell_map(const CellGrid& grid, std::span<const std::int32_t> image) {
     if (image.size() != static_cast<std::size_t>(grid.cells()))
-        detail::refuse("image.size()", static_cast<long double>(image.size()),
+        detail::refuse("image.size()", image.size(),
                        "expected " + std::to_string(grid.cells()) + ", one a cell");
     for (std::size_t c = 0; c < image.size(); ++c)
         if (!(image[c] >= CellGrid::unresolved && image[c] < grid.cells()))

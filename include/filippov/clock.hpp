@@ -5,6 +5,7 @@
 #include <filippov/scalar.hpp>
 
 #include <cmath>
+#include <limits>
 
 namespace filippov {
 
@@ -19,14 +20,23 @@ template <class S> struct Clock {
     S local = S(0);
     S carry = S(0);
 
-    /// The clock that shows absolute time t.
+    /// Periods that can be counted one by one, in any precision.
+    static constexpr S most_periods = S(1LL << 52);
+
+    /// The clock that shows absolute time t; its time is NaN if that is more than `most_periods`
+    /// from zero.
     static Clock at(const S& t, const S& period) {
+        using std::abs;
         using std::floor;
         using std::fma;
         Clock c;
         c.period = period;
         if (period > S(0)) {
             const S n = floor(t / period);
+            if (!(abs(n) < most_periods)) {
+                c.local = std::numeric_limits<S>::quiet_NaN();
+                return c;
+            }
             c.index = static_cast<long long>(n);
             c.local = fma(-n, period, t);
             c.wrap();
@@ -62,6 +72,14 @@ template <class S> struct Clock {
 
 private:
     void wrap() {
+        using std::abs;
+        using std::floor;
+        using std::fma;
+        if (abs(local) > S(8) * period) { // a field that does not notice its period
+            const S n = floor(local / period);
+            local = fma(-n, period, local);
+            index += static_cast<long long>(n);
+        }
         while (local >= period)
             turn(-period, +1);
         while (local < S(0))

@@ -352,8 +352,7 @@ inline Contours trace_contours(const PointLabeller& labeller, int rows, int colu
     detail::validate(settings);
     const CellGrid grid({0, 0, 1, rows}, {1, 0, 1, columns}); // refuses numbers that make no sense
     if (!known.empty() && known.size() != std::size_t(grid.cells()))
-        detail::refuse("known.size()", static_cast<long double>(known.size()),
-                       "expected one label a cell, or none");
+        detail::refuse("known.size()", known.size(), "expected one label a cell, or none");
     Contours result;
     detail::Bisection bisection(labeller, settings.width, settings.max_labels, result.work);
     detail::GridContours(bisection, rows, columns, result).run(known, settings.distance);

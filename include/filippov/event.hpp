@@ -69,6 +69,9 @@ template <class F> struct Section {
     int direction = 0;     ///< +1: only where g rises, -1: only where it falls, 0: both
     bool terminal = false; ///< end the run here
 };
+template <class F> Section(F) -> Section<F>;
+template <class F> Section(F, int) -> Section<F>;
+template <class F> Section(F, int, bool) -> Section<F>;
 
 /// Several sections; an empty pack costs nothing.
 template <class... F> struct Sections {

@@ -339,7 +339,7 @@ private:
         }
         if (n.op == Op::powi && n.index % 2 != 0)
             return sign(n.arg[0]);
-        if (n.op == Op::exp || n.op == Op::cosh)
+        if (positive_[std::size_t(a)])
             return constant(1);
         if (n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan || n.op == Op::asin)
             return sign(n.arg[0]);
@@ -381,6 +381,34 @@ private:
         }
         return node(n);
     }
+    /// What the form of a node tells of its sign, wherever it is defined.
+    struct KnownSign {
+        bool positive, not_negative;
+    };
+    KnownSign known_sign(const Node& n) const {
+        const auto positive = [&](std::size_t k) { return bool(positive_[std::size_t(n.arg[k])]); };
+        const auto not_negative = [&](std::size_t k) {
+            return bool(not_negative_[std::size_t(n.arg[k])]);
+        };
+        switch (n.op) {
+        case Op::constant:
+            return {n.value > 0, n.value >= 0};
+        case Op::add:
+            return {(positive(0) && not_negative(1)) || (not_negative(0) && positive(1)),
+                    not_negative(0) && not_negative(1)};
+        case Op::mul:
+            return {positive(0) && positive(1),
+                    n.arg[0] == n.arg[1] || (not_negative(0) && not_negative(1))};
+        case Op::div:
+            return {positive(0) && positive(1), not_negative(0) && not_negative(1)};
+        case Op::powi:
+            return {positive(0), positive(0) || n.index % 2 == 0};
+        case Op::sqrt:
+            return {positive(0), true};
+        default:
+            return {n.op == Op::exp || n.op == Op::cosh, n.op == Op::exp || n.op == Op::cosh};
+        }
+    }
     Expr node(const Node& n) {
         const auto found = known_.find({n.op, n.arg, n.index, n.value});
         if (found != known_.end())
@@ -397,6 +425,9 @@ private:
             has_params = has_params || has_params_[std::size_t(n.arg[std::size_t(k)])];
         }
         nodes_.push_back(n);
+        const KnownSign sign = known_sign(n);
+        positive_.push_back(sign.positive);
+        not_negative_.push_back(sign.not_negative);
         varies_.push_back(varies);
         switches_.push_back(switches);
         has_params_.push_back(has_params);
@@ -537,7 +568,7 @@ private:
 
     using Key = std::tuple<Op, std::array<Expr, 3>, int, double>;
     std::vector<Node> nodes_;
-    std::vector<bool> varies_, switches_, has_params_;
+    std::vector<bool> varies_, switches_, has_params_, positive_, not_negative_;
     std::map<Key, Expr> known_;
     std::vector<std::shared_ptr<const External>> functions_;
     std::map<std::pair<int, int>, int> partials_; ///< by function and input

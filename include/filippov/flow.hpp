@@ -21,6 +21,7 @@ template <class S, int N, int M> struct FlowResult {
     Mode<M> mode{};                  ///< mode there
     Counters counters{};
     Diagnosis<S, N, M> diagnosis{}; ///< where and why, if status is not ok
+    int surfaces = M;               ///< how many of the modes mean something
 
     /// What happened, in a sentence or two.
     std::string message() const {
@@ -37,7 +38,7 @@ template <class S, int N, int M> struct FlowResult {
             text += at;
         }
         text += "), mode (";
-        for (int j = 0; j < M; ++j) {
+        for (int j = 0; j < surfaces; ++j) {
             if (j > 0)
                 text += ", ";
             text += std::to_string(diagnosis.mode[j]);
@@ -103,6 +104,7 @@ public:
         Event<S, N, M> end = make_event(EventKind::end, -1, segment_.mode(), segment_.mode());
         observer_.on_event(end);
         FlowResult<S, N, M> result;
+        result.surfaces = surface_count(sys_);
         result.status = status;
         result.clock = segment_.clock();
         result.t = result.clock.absolute();
@@ -441,7 +443,8 @@ private:
                 return segment_.fail(Status::jump_cascade, "the jump here changes nothing", j);
             const S h_left = switching(sys_, now.local, x_left, p_)[j];
             segment_.set_state(x);
-            const auto [mode, contacts] = place(j, h_left);
+            const auto [beyond, contacts] = place(j, h_left);
+            const Mode<M> mode = beyond; // a name that a requires expression may use
             recent_.add(now, j, x);
             if (mode[j] < 0) {
                 segment_.set_state(x_left);

@@ -163,13 +163,25 @@ template <class S, std::size_t Capacity> struct Trace {
             if (falls && !(probe[k] < previous))
                 return 0;
             if (!(probe[k] > S(0)))
-                return k;
+                return falls_once<Times>(k) ? k : 0;
             if (!(previous > clear)) // a dip may be hidden before or behind it
                 return 0;
             falls = probe[k] < previous;
             previous = probe[k];
         }
         return 0;
+    }
+
+    /// True if the cubic through the probes has one root between probe k and the one before: it has
+    /// more only where it bends back in between, and is flat.
+    template <class Times> bool falls_once(std::size_t k) const {
+        const auto at = [&](std::size_t i) { return i == 0 ? start : probe[i]; };
+        const auto second = [&](std::size_t i) { return at(i - 1) - S(2) * at(i) + at(i + 1); };
+        constexpr std::size_t n = Times::n;
+        const S before = k > 1 ? second(k - 1) : S(2) * second(1) - second(2),
+                after = k < n ? second(k) : S(2) * second(n - 1) - second(n - 2);
+        const S bends = std::max(before, -before) + std::max(after, -after);
+        return !(before * after < S(0)) || at(k - 1) - at(k) > S(0.5) * bends;
     }
 
     /// When the guard will be zero, in units of the step from its end, if it goes on as the

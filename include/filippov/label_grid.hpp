@@ -39,7 +39,7 @@ inline void require_labels(std::span<const Label> labels) {
 }
 inline void require_grid(const LabelGrid& grid) {
     if (grid.columns == 0 || grid.labels.size() % grid.columns != 0)
-        refuse("columns", static_cast<long double>(grid.columns),
+        refuse("columns", grid.columns,
                "expected a divisor of the number of labels, " + std::to_string(grid.labels.size()));
     require_labels(grid.labels);
 }

@@ -82,10 +82,14 @@ public:
                 d = next;
             else if (bracketed)
                 d = before + (beyond - before) / S(2);
-            else if (seen_before)
-                d = d + (full_ - d) / S(2);
-            else
+            else if (!seen_before)
                 d = d / S(2);
+            else if (k <= 6)
+                d = d + (full_ - d) / S(2);
+            else if (d != full_) // the whole step has the last word
+                d = full_;
+            else
+                break;
         }
         if (seen_before && !path_.finite())
             path_.shorten(before);

@@ -30,6 +30,7 @@ template <class Correction> struct Target {
     double near; ///< what the last correction may be, units of the step
     Correction correction;
 };
+template <class Correction> Target(double, Correction) -> Target<Correction>;
 
 /// Shortens steps until they end on a target, by Newton on their length; the last correction is a
 /// Taylor step, once its error is below a hundredth of the tolerance.

@@ -36,15 +36,20 @@ public:
 
         std::array<T, n_window + 1> below, above;
         T s = g[start_value];
+        Mask attracts(true);
         for (std::size_t k = 0; k <= n_window; ++k) {
-            if (k > 0)
-                s = s_after(T(WindowTimes<double>::theta(k)) * dt, t, x, p);
+            if (k > 0) {
+                const auto margin = margin_after(T(WindowTimes<double>::theta(k)) * dt, t, x, p);
+                s = margin.s;
+                attracts = attracts & (margin.w > T(0));
+            }
             below[k] = limit + s;
             above[k] = limit - s;
         }
         const Look down = look_in_window(below), up = look_in_window(above);
-        // both ends in sight: the window is too long to tell which comes first
-        const Mask hard = down.hard | up.hard | (down.found & up.found);
+        // both ends in sight: the window is too long to tell which comes first; so it is where the
+        // surface ceases to attract
+        const Mask hard = down.hard | up.hard | (down.found & up.found) | ~attracts;
         const Mask ends = (down.found | up.found) & ~hard;
         const X x1 = sys_.sliding_flow(t, x, p, dt);
         const Mask passes = ~hard & ~ends & finite(sum(x1));
@@ -98,9 +103,12 @@ public:
     }
 
 private:
-    /// s at a time after the clock.
+    /// A time after the clock.
+    FILIPPOV_INLINE auto margin_after(const T& tau, const T& t, const X& x, const Q& p) const {
+        return sliding_margin(sys_, Mode<1>{}, t + tau, sys_.sliding_flow(t, x, p, tau), p);
+    }
     FILIPPOV_INLINE T s_after(const T& tau, const T& t, const X& x, const Q& p) const {
-        return sliding_margin(sys_, Mode<1>{}, t + tau, sys_.sliding_flow(t, x, p, tau), p).s;
+        return margin_after(tau, t, x, p).s;
     }
 
     Run<Sys>& run_;
@@ -165,7 +173,7 @@ public:
         run_.counters.windows += std::popcount(g.active);
 
         const Mask gone = taken & beyond_bounds(run_, x1), ended = taken & r.last;
-        Leaving leaving((doubt | gone | ended | gives_up(run_, g, accepted, t)).word() & g.active);
+        Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
         leaving.send(doubt, Task::slide_end);
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);

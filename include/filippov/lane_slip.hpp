@@ -98,7 +98,7 @@ public:
         run_.counters.steps += std::popcount(g.active);
 
         const Mask gone = taken & beyond_bounds(run_, x1), ended = taken & r.last;
-        Leaving leaving((doubt | gone | ended | gives_up(run_, g, accepted, t)).word() & g.active);
+        Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
         if (leaving.lanes == 0)
             return leaving;
         leaving.send(doubt & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
@@ -193,22 +193,27 @@ private:
         return switching(sys_, t, x, p)[0];
     }
 
-    /// Hairer, Norsett, Wanner I, II.4, with a coarser power.
+    /// As Segment::estimate_first_step does, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
         const X size = scale(run_.settings, x);
         const T d0 = mean_square(x, size), d1 = mean_square(f, size);
         const T span = select(g[left] > T(0), g[left], T(1)); // its first leg may have no length
+        const Mask some = d0 >= T(1e-10);
         const T h0 =
-            select((d0 < T(1e-10)) | (d1 < T(1e-10)), T(1e-6) * span, T(0.01) * sqrt(d0 / d1));
+            select(some & (d1 > T(0)), T(0.01) * min(T(sqrt(d0 / d1)), span), T(1e-6) * span);
         X y;
         for (int i = 0; i < N; ++i)
             y[i] = fused(h0, f[i], x[i]);
         const X change = side(below, g[time] + h0, y, p) - f;
-        const T d2 = mean_square(change, size) / (h0 * h0), rate = max(d1, d2);
-        const T power = T(-0.5 / Tableau::order) * detail::log2_of(T(rate * T(1e4)));
-        const T h1 =
-            select(rate <= T(1e-30), max(T(1e-6) * span, T(1e-3) * h0), detail::exp2_of(power));
-        const T first = min(min(T(100) * h0, h1), span);
+        const T d2 = mean_square(change, size) / (h0 * h0);
+        const T found = sqrt(min(T(d0 / d1), T(sqrt(d0 / d2))));
+        const Mask steady = d2 * span * span <= T(1e-18) * d1;
+        const T other = T(1e-4) * span, soon = T(1e3) / sqrt(d1);
+        const T unit =
+            select(some & (found < infinity<W>()), found, select(steady, min(other, soon), other));
+        const T most = max(T(d1 * unit * unit), T(d2 * unit * unit * unit * unit));
+        const T power = T(-0.5 / Tableau::order) * detail::log2_of(T(most * T(1e4)));
+        const T first = min(unit * min(T(1), detail::exp2_of(power)), span);
         return select((first > T(0)) & (first < infinity<W>()), first, T(1e-6) * span);
     }
     /// The next trial after a stage that was not finite: nearly to the surface if the step led

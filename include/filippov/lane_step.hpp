@@ -150,10 +150,8 @@ accept(const Run<Sys>& run, Group<Sys, W>& g, const RungeKutta<Tableau, Lanes<W>
 }
 /// Members that go no farther in lanes: no step moves them, or they took too many.
 template <class Sys, int W>
-LaneMask<W> gives_up(const Run<Sys>& run, const Group<Sys, W>& g, const LaneMask<W>& accepted,
-                     const Lanes<W>& t) {
-    return (~accepted & (g[proposal] < resolution(t))) |
-           (g[tries] >= Lanes<W>(double(run.settings.max_steps)));
+LaneMask<W> gives_up(const Run<Sys>& run, const Group<Sys, W>& g, const Lanes<W>& t) {
+    return (g[proposal] < resolution(t)) | (g[tries] >= Lanes<W>(double(run.settings.max_steps)));
 }
 
 } // namespace filippov::lanes

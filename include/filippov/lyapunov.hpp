@@ -34,7 +34,7 @@ struct Lyapunov {
     Vector error;       ///< standard error of each, from the batches' means; 0 of -inf
     double t_begin = 0; ///< the window, in units of time: the error holds for it, not for
     double t_end = 0;   ///< what a longer transient would have led to
-    long long slides = 0;    ///< entered within the window
+    long long slides = 0;    ///< modes with a slide entered within the window
     long long stretches = 0; ///< that were averaged
     long long skipped = 0;   ///< stretches left out, since they pass a tangency and have no slope
     Vector x;                ///< state at the end

@@ -62,28 +62,41 @@ bool negligible(const S& slope, const S& next, int n, const Smallness<S>& small)
 
 } // namespace detail
 
+/// What h_j' along the field of `mode` may be off by rounding.
+template <class Sys, class S>
+S rate_rounding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                const State<Sys, S>& x, const Params<Sys, S>& p) {
+    using std::abs;
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
+    S terms = abs(h_t(sys, j, t, x, p));
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        terms += abs(gradient[i] * f[i]);
+    return S(8) * epsilon<S> * terms;
+}
+
 /// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
 ///
 /// Lie derivatives of h_j up to order three, time included. h' counts as zero where what it starts
 /// is too small, a test without units. A visit to this side is too small if it stays below the
 /// rounding of h. Flow towards the surface, the part of this side in a slide, is too small if the
 /// slide would end within some units of the last place of t; but where the solution came from this
-/// side, h' at contact is no better than h, and the height decides.
-/// @param slope  h_j' along the field, in the direction of time
+/// side, h' at contact is no better than h, and the height decides; and of no more than the
+/// rounding of its own terms.
+/// @param slope_found  h_j' along the field, in the direction of time
 /// @param band   rounding of h_j here
 /// @cost nothing, nearly always; else three fields in Taylor arithmetic
 template <class Sys, class S>
 Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
                     const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
-                    const S& slope, const S& band) {
+                    const S& slope_found, const S& band) {
     using std::abs;
     using std::cbrt;
     using std::sqrt;
     const S tau = arrival.tau;
-    if (!(abs(slope) <= std::numeric_limits<S>::max()))
+    if (!(abs(slope_found) <= std::numeric_limits<S>::max()))
         return {0, 0, false};
-    if (abs(slope * tau) > S(100) / sqrt(epsilon<S>) * band && slope != S(0))
-        return {detail::sign(slope), 1, true};
+    if (abs(slope_found * tau) > S(100) / sqrt(epsilon<S>) * band && slope_found != S(0))
+        return {detail::sign(slope_found), 1, true};
 
     const auto field = [&](const auto& time, const auto& y, const auto& q) {
         return side_field(sys, mode, time, y, q);
@@ -91,7 +104,9 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     const auto h = [&](const auto& time, const auto& y, const auto& q) {
         return switching(sys, time, y, q)[j];
     };
-    const bool slide = detail::sign(slope) == -mode[j] && arrival.from != mode[j];
+    const bool slide = detail::sign(slope_found) == -mode[j] && arrival.from != mode[j];
+    const bool none = slide && abs(slope_found) <= rate_rounding(sys, mode, j, t, x, p);
+    const S slope = none ? S(0) : slope_found;
     const detail::Smallness<S> first{band, slide ? S(16) * ulp(t) : S(0)};
     const detail::Smallness<S> higher{band, S(0)};
     // Below this a derivative is rounding of something that is zero for all time.

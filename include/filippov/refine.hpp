@@ -270,8 +270,7 @@ inline void validate(const RefineSettings& s) {
     if (!(s.full_dimension > 0))
         refuse("full_dimension", s.full_dimension, "expected a number > 0");
     if (!(s.max_points >= 1 && s.max_points <= std::numeric_limits<std::int32_t>::max()))
-        refuse("max_points", static_cast<long double>(s.max_points),
-               "expected an integer from 1 to 2^31 - 1");
+        refuse("max_points", s.max_points, "expected an integer from 1 to 2^31 - 1");
     if (!(std::int64_t(s.coarse) * s.coarse <= s.max_points))
         refuse("coarse", s.coarse, "expected at most max_points squares at first");
     if (!(s.audit >= 0 && s.audit <= 10'000'000))

@@ -20,6 +20,7 @@ namespace filippov {
 template <class S, int N> struct Slopes {
     Mat<S, N, N> by_x; ///< the Jacobian
     Vec<S, N> by_t;
+    Vec<S, N> size = Vec<S, N>::Ones(); ///< of the state's components, what is large there
 };
 /// The derivatives of a field f(t, x, p), exact.
 template <class Field, class S, int N, int P>
@@ -86,6 +87,9 @@ public:
             else
                 start_.move_to(t, x, rhs);
         }
+        using std::abs;
+        if (abs(dt) <= std::numeric_limits<S>::min())
+            return stay(rhs, t, x, x1); // a landing may ask for nothing
         const auto solver = matrix(start_, dt);
         for (std::size_t i = 0; i < last; ++i) {
             State at = x, b = (S(Tableau::d[i]) * dt) * start_.slopes.by_t;
@@ -97,7 +101,7 @@ public:
             if (i > 0)
                 k[i] = rhs.field(S(t + S(Tableau::c[i]) * dt), at);
             b += k[i];
-            u_[i] = solver.solve(b);
+            u_[i] = solve(start_, solver, b);
             x1 = at + u_[i];
         }
         k[last] = rhs.field(S(t + dt), x1);
@@ -108,7 +112,7 @@ public:
         growth_ = start_.growth(dt);
         // through a Jacobian with growing modes as if it were not there
         defect_ = end_.growth(dt) > S(1) ? State(S(Tableau::gamma) * defect)
-                                         : State(matrix(end_, dt).solve(defect) / dt);
+                                         : State(solve(end_, matrix(end_, dt), defect) / dt);
     }
 
     /// The interpolant over the step just taken; x1 may have been moved onto a surface since.
@@ -146,7 +150,8 @@ public:
     }
 
 private:
-    /// A point and the field's derivatives there.
+    /// A point and the field's derivatives there; the Jacobian in units of the components' sizes,
+    /// powers of two, so that pivots, norms and eigenvalues are the same in any units.
     struct Linearised {
         S t = nowhere;
         State x;
@@ -178,8 +183,19 @@ private:
             t = time;
             x = state;
             slopes = rhs.slopes(time, state);
+            for (int i = 0; i < N; ++i)
+                slopes.size[i] = power_of_two(slopes.size[i]);
+            for (int i = 0; i < N; ++i)
+                for (int j = 0; j < N; ++j)
+                    slopes.by_x(i, j) *= slopes.size[j] / slopes.size[i];
             bound = slopes.by_x.cwiseAbs().rowwise().sum().maxCoeff();
             known = false;
+        }
+        static S power_of_two(const S& size) {
+            using std::ilogb;
+            using std::ldexp;
+            return size > S(0) && size <= std::numeric_limits<S>::max() ? ldexp(S(1), ilogb(size))
+                                                                        : S(1);
         }
         /// The largest real parts of the eigenvalues of J and of -J.
         void find_rates() {
@@ -206,11 +222,25 @@ private:
             }
         }
     };
+    /// A step of no length, by which nothing can be divided.
+    template <class Rhs> void stay(Rhs& rhs, const S& t, const State& x, State& x1) {
+        x1 = x;
+        u_.fill(State::Zero());
+        std::fill(k.begin() + 1, k.end(), rhs.field(t, x));
+        end_ = start_;
+        error_ = defect_ = State::Zero();
+        growth_ = S(0);
+    }
     static auto matrix(const Linearised& at, const S& dt) {
         Mat<S, N, N> m = -at.slopes.by_x;
         for (int i = 0; i < N; ++i)
             m(i, i) += S(1) / (S(Tableau::gamma) * dt);
         return Eigen::PartialPivLU<Mat<S, N, N>>(m);
+    }
+    template <class Solver>
+    static State solve(const Linearised& at, const Solver& solver, const State& b) {
+        const State& size = at.slopes.size;
+        return size.cwiseProduct(solver.solve(State(b.cwiseQuotient(size))));
     }
 
     Linearised start_, end_;

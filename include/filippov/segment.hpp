@@ -72,12 +72,17 @@ public:
     using P = Params<Sys, S>;
     using Stepper = typename Tableau::template Stepper<S, N>;
 
+    /// @error std::invalid_argument for a period too short to tell the phase of t0 or t_end
     Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
             const Settings<S, N>& settings, Obs& observer, const Sec& sections)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections) {
         const S T = period(sys, p);
         clock_ = Clock<S>::at(t0, T);
         end_ = Clock<S>::at(t_end, T);
+        const S both = clock_.local + end_.local;
+        if (!(both - both == S(0)))
+            detail::refuse("period", T,
+                           "expected 0, or one of which fewer than 2^52 fit in t0 and t_end");
         direction_ = t_end < t0 ? -1 : 1;
         x_ = x0;
         weigh(x_);
@@ -345,30 +350,42 @@ private:
                 sys_, mode_, time,
                 mode_.sliding() > 0 ? toward(sys_, held_, time, y, p, scale_) : y, p);
         };
-        return slopes_of(field, t, x, p_);
+        Slopes<S, N> slopes = slopes_of(field, t, x, p_);
+        slopes.size = scale_;
+        return slopes;
     }
 
-    /// First step size by the field of the current mode: Hairer, Norsett, Wanner I, II.4.
+    /// First step size by the field of the current mode: Hairer, Norsett, Wanner I, II.4, in the
+    /// system's own unit of time, whatever the user's is: the time in which the field, or its
+    /// change, makes as much as there is.
     S estimate_first_step(const S& span) const {
         using std::pow;
+        using std::sqrt;
+        constexpr S infinity = std::numeric_limits<S>::infinity();
         const X f0 = mode_field(clock_.local, x_);
         const S d0 = norm(x_), d1 = norm(f0);
-        S h0 = d0 < S(1e-5) || d1 < S(1e-5) ? S(1e-6) * span : S(0.01) * d0 / d1;
-        S d2(0);
+        const bool some = d0 >= S(1e-5) && d0 < infinity;
+        S h0 = some && d1 > S(0) ? S(0.01) * std::min(S(d0 / d1), span) : S(1e-6) * span, d2(0);
         for (int k = 0; k < 8; ++k) { // an Euler step may leave the domain of the field
             const X y = x_ + S(direction_) * h0 * f0;
             const X f1 = mode_field(S(clock_.local + S(direction_) * h0), y);
             d2 = norm(X(f1 - f0)) / h0;
-            if (d2 < std::numeric_limits<S>::infinity())
+            if (d2 < infinity)
                 break;
             h0 /= S(10);
         }
-        const S largest = std::max(d1, d2);
-        const S h1 = largest <= S(1e-15) ? std::max(S(1e-6) * span, h0 * S(1e-3))
-                                         : pow(S(0.01) / largest, S(1) / S(Tableau::order));
-        const S h = std::min(S(100) * h0, h1);
+        S unit = std::min(S(d0 / d1), S(sqrt(d0 / d2)));
+        // a field of rounding size has no unit (over no time at all, any field is as small)
+        const bool still = d1 * span < S(1e-13) * d0 && span > S(1e3) * resolution();
+        if (!some || still || !(unit < infinity)) {
+            unit = S(1e-4) * span;
+            if (d2 * span <= S(1e-9) * d1) // what moves steadily may soon be somewhere
+                unit = std::min(unit, S(S(1e3) / d1));
+        }
+        const S most = std::max(S(d1 * unit), S(d2 * unit * unit));
+        const S h = unit * std::min(S(1), S(pow(S(0.01) / most, S(1) / S(Tableau::order))));
         // With no absolute tolerance at x = 0 nothing is small: the error test will find the size.
-        return h > S(0) ? h : S(1e-6) * span;
+        return h > S(0) && h < infinity ? h : S(1e-6) * span;
     }
 
     X mode_field(const S& t, const X& x) const {
@@ -445,18 +462,17 @@ private:
                 return true;
         return false;
     }
-    /// A slide's field can be constant, and then no error estimate keeps a step from spanning many
-    /// swings of s.
+    /// A field can be constant, and then no error estimate keeps a step from spanning many swings
+    /// of h, or, as a matter of course, in a slide of s.
     template <class Path> bool may_swing(int g) const {
         return Path::slides && g < Guard<M>::first_section && mode_[g / 3] == 0;
     }
     template <class Path> FILIPPOV_INLINE bool swings() const {
         using Times = typename Path::Times;
-        if constexpr (!Path::slides)
-            return false;
         for (const int g : active_guards()) {
             const bool transversal = g % 3 == 2;
-            if (!may_swing<Path>(g) || (transversal && M == 1))
+            if (g >= Guard<M>::first_section || Path::slides != (mode_[g / 3] == 0) ||
+                (transversal && M == 1))
                 continue;
             const S band = transversal ? S(64) * epsilon<S> : touch_band(g, false);
             if (trace(g).template swings<Times>(band))
@@ -1060,9 +1076,15 @@ private:
                     return {fail_small(true)};
                 continue;
             }
-            if (swings<TrialPath<Rhs>>() && !fixed && abs_(dt) > S(64) * resolution()) {
+            const bool unjudged = !(error > S(1e-10)); // (it is a square)
+            if ((Rhs::slides || unjudged) && !fixed && abs_(dt) > S(64) * resolution() &&
+                swings<TrialPath<Rhs>>()) {
                 ++counters_.rejected;
                 reach_ = abs_(dt) / S(2);
+                if (!Rhs::slides) {
+                    dt_ = dt / S(2);
+                    swings_seen_ = true;
+                }
                 continue;
             }
             path.put_end_on_surface();
@@ -1079,7 +1101,10 @@ private:
             if (!fixed) {
                 // A step cut by the end of the run, or before a surface, does not shrink the next
                 // proposal; one that ends at an event keeps the full step's.
-                const S proposed = dt * S(control_.after_accept(static_cast<double>(error)));
+                S proposed = dt * S(control_.after_accept(static_cast<double>(error)));
+                // a step that is far too long shows nothing of its swings
+                if (unjudged && swings_seen_ && !Rhs::slides && abs_(proposed) > S(2) * abs_(dt))
+                    proposed = S(2) * dt;
                 if (!(last || cut) || abs_(proposed) > abs_(dt_))
                     dt_ = proposed;
                 const S further =
@@ -1207,6 +1232,7 @@ private:
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
+    bool swings_seen_ = false; ///< of h, in a step of which no error estimate told anything
     Stepper rk_;
     StepControl<Tableau> control_;
     X scale_;

@@ -36,15 +36,16 @@ template <class S, int N> struct Settings {
 namespace detail {
 
 /// Throws std::invalid_argument with "argument = value: expectation".
-[[noreturn]] inline void refuse(const std::string& argument, long double value,
-                                const std::string& expectation) {
+template <class Number>
+[[noreturn]] void refuse(const std::string& argument, Number value,
+                         const std::string& expectation) {
     char digits[40];
-    std::snprintf(digits, sizeof digits, "%Lg", value);
+    std::snprintf(digits, sizeof digits, "%Lg", static_cast<long double>(value));
     throw std::invalid_argument("filippov: " + argument + " = " + digits + ": " + expectation);
 }
 inline void require_positive(const std::string& argument, long long n) {
     if (!(n > 0))
-        refuse(argument, static_cast<long double>(n), "expected an integer > 0");
+        refuse(argument, n, "expected an integer > 0");
 }
 
 } // namespace detail

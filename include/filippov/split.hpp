@@ -59,7 +59,7 @@ public:
                                          : value * (1 + 0.2 * (2 * uniform(random) - 1)));
             for (int k = 0; k < points; ++k) {
                 const double size = std::pow(10.0, k % 3 - 1); // 0.1, 1, 10
-                Point point{10 * uniform(random), {}, p};
+                Point point{20 * uniform(random) - 10, {}, p};
                 for (int j = 0; j < dim; ++j)
                     point.x.push_back(size * normal(random));
                 all_.push_back(std::move(point));
@@ -78,7 +78,23 @@ public:
         : graph_(graph), samples_(dim, defaults) {}
 
     /// Surfaces that are known already, each with its orientation.
-    void add_surface(Expr h) { surfaces_.push_back(h); }
+    /// @error std::invalid_argument for one that is several: sign(h) is a product of signs, or
+    ///        switches itself
+    void add_surface(Expr h) {
+        const auto j = int(surfaces_.size());
+        surfaces_.push_back(h);
+        // sign(h) as the field has it: v exp(x) switches where v does
+        const Expr s = graph_.unary(Op::sign, h);
+        const bool turned = graph_[s].op == Op::neg;
+        const Expr plain = turned ? graph_[s].arg[0] : s;
+        if (graph_[plain].op != Op::sign || has_switch(h))
+            throw std::invalid_argument("filippov: surface " + std::to_string(j) +
+                                        (graph_.is_constant(plain)
+                                             ? " is none: its sign never changes"
+                                             : " consists of several, where its factors or parts "
+                                               "change sign; leave it to be found, or name those"));
+        known_.try_emplace(graph_[plain].arg[0], Side{j, graph_.constant(turned ? -1 : 1)});
+    }
     std::span<const Expr> surfaces() const { return surfaces_; }
 
     /// Finds every surface that the expressions switch on.

@@ -410,12 +410,15 @@ Params<Sys, S> all_params([[maybe_unused]] const Sys& sys, const Given& given) {
     return p;
 }
 
-/// The period of the forcing, 0 if the system has none.
+/// The period of the forcing, 0 if the system has none: also where its own is not a finite number
+/// > 0, as 2 pi / omega at omega = 0.
 template <class Sys, class S> S period(const Sys& sys, const Params<Sys, S>& p) {
-    if constexpr (HasPeriod<Sys, S>)
-        return sys.period(p);
-    else
-        return S(0);
+    if constexpr (HasPeriod<Sys, S>) {
+        const S T = sys.period(p);
+        if (T > S(0) && T - T == S(0))
+            return T;
+    }
+    return S(0);
 }
 
 /// The largest |s| for which sliding is kept, 1 unless the system says more.

@@ -133,10 +133,8 @@ private:
                     release(part);
         } else {
             std::array<Expr, 3> needed{-1, -1, -1};
-            const bool has_k =
-                n.op == Op::add || n.op == Op::sub || n.op == Op::mul || n.op == Op::div;
             for (std::size_t k = 0; k < std::size_t(m); ++k)
-                if (!(has_k && graph_.is_constant(n.arg[k])))
+                if (!in_instruction(n, k))
                     needed[k] = n.arg[k];
             require_all({needed, 0});
             encode(n, i);
@@ -147,6 +145,16 @@ private:
         at_[std::size_t(e)] = operand(Operand::slot, i.slot);
         tape_.code_.push_back(i);
         at_hand_ = e;
+    }
+    /// True of a constant operand that the instruction itself has: one of them, where both are and
+    /// the graph could not fold them, as in 1/0.
+    bool in_instruction(const Graph::Node& n, std::size_t k) const {
+        const bool has_k = n.op == Op::add || n.op == Op::sub || n.op == Op::mul ||
+                           (n.op == Op::div && (k == 0 || has_reciprocal(n.arg[1])));
+        return has_k && graph_.is_constant(n.arg[k]) && (k == 1 || !graph_.is_constant(n.arg[1]));
+    }
+    bool has_reciprocal(Expr e) const {
+        return graph_.is_constant(e) && std::isnormal(1 / graph_[e].value);
     }
     /// The first output that is needed calls the function for all.
     void call(Expr e, const Graph::Node& n) {
@@ -245,10 +253,10 @@ private:
             }
             return;
         case Op::div:
-            if (graph_.is_constant(b)) {
+            if (has_reciprocal(b)) {
                 one(i, a, Code::mul_k);
                 i.k = 1 / graph_[b].value;
-            } else if (graph_.is_constant(a)) {
+            } else if (graph_.is_constant(a) && !graph_.is_constant(b)) {
                 one(i, b, Code::div_k);
                 i.k = graph_[a].value;
             } else {
@@ -282,7 +290,7 @@ private:
         i.code = taking(code, a);
     }
     void commutative(detail::Instruction& i, Expr a, Expr b, Code code) const {
-        if (graph_.is_constant(a) || b == at_hand_)
+        if ((graph_.is_constant(a) && !graph_.is_constant(b)) || b == at_hand_)
             std::swap(a, b);
         if (graph_.is_constant(b)) {
             i.k = graph_[b].value;

@@ -122,7 +122,7 @@ inline void require_pairs(const std::array<double, 2>& low, const std::array<dou
         }
     }
     if (!(n > 0 && n <= 1'000'000'000))
-        refuse("n", static_cast<long double>(n), "expected 1 to 1e9 pairs");
+        refuse("n", n, "expected 1 to 1e9 pairs");
 }
 
 } // namespace detail

@@ -394,15 +394,19 @@ private:
             return sum / R(N);
         }
     };
-    /// True if a step that errs in the values by less than a thousandth of the tolerance errs in
-    /// the derivatives of first order by more than ten relative tolerances. (Where the error of the
-    /// values sets the step, that of their neighbours follows.)
+    /// True if a step errs in the derivatives of first order by more than ten relative tolerances.
+    /// (Not asked where the error of the values sets the step, by more than a thousandth of the
+    /// tolerance, and they move by more than a thousandth of their size: that of their neighbours
+    /// follows.)
     bool coarse(const X& x, const X& x1, const R& dt) const {
         const Vec<R, N> unit = scale();
-        Vec<R, N> weight;
-        for (int i = 0; i < N; ++i)
+        Vec<R, N> weight, moved;
+        for (int i = 0; i < N; ++i) {
             weight[i] = dt / unit[i];
-        if (Tableau::squared_error(Part{rk_, -1}, weight) > R(1e-6))
+            moved[i] = settings_.rtol * (values_of(x1)[i] - values_of(x)[i]) / unit[i];
+        }
+        if (moved.squaredNorm() > R(1e-6 * N) &&
+            Tableau::squared_error(Part{rk_, -1}, weight) > R(1e-6))
             return false;
         const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
         for (std::size_t k = 0; k < x[0].d.size(); ++k) {

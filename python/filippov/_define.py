@@ -367,18 +367,24 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
     for k in range(24):
         t = 10.0 * random.random()
         x = random.standard_normal(n) * 10.0 ** (k % 3 - 1)
-        side = np.sign(model.h(np.array([t]), x[None, :], values)[0]).astype(int)
-        if np.any(side == 0):
+        with np.errstate(all="ignore"):
+            h = model.h(np.array([t]), x[None, :], values)[0]
+        if not np.all(np.abs(h) > 0):  # on a surface, or where one is not defined
             continue
+        side = np.sign(h).astype(int)
         sides = "".join("+" if v > 0 else "-" for v in side)
         function = next(f for key, f in functions.items() if sides.startswith(key))
-        s = Numbers(definition.state, x)
-        with np.errstate(all="ignore"):
-            wanted = _numbers(call(function, definition.name, t, s, p), definition)
+        wanted = _called(function, definition, t, x, p)
         got = model.field(np.array([t]), x[None, :], [int(v) for v in side], values)[0]
         size = max(size, float(np.max(np.abs(wanted), initial=0.0, where=np.isfinite(wanted))))
         for i, name in enumerate(definition.state):
             if math.isfinite(wanted[i]) and not _close(got[i], wanted[i], size):
+                # cos(1e9 t) may differ by rounding of its argument, and then so does its neighbour
+                scales = (1 - 2.0**-51, 1.0, 1 + 2.0**-51)
+                again = [_called(function, definition, c * t, c * x, p) for c in scales]
+                near = [abs(values_near[i] - wanted[i]) for values_near in again]
+                if near[1] == 0 and abs(got[i] - wanted[i]) <= 4 * max(near):
+                    continue
                 at = ", ".join(
                     f"{key} = {float(v):.6g}" for key, v in zip(definition.state, x, strict=True)
                 )
@@ -412,6 +418,13 @@ def check_period(model: _core.Model, definition: Definition) -> None:
                     f" {t[0]:.6g} and a period later it differs by"
                     f" {np.max(np.abs(now - later)):.3g}"
                 )
+
+
+def _called(function: Function, definition: Definition, t: float, x: Floats, p: Numbers) -> Floats:
+    """Call what was typed, with numbers."""
+    with np.errstate(all="ignore"):
+        values = call(function, definition.name, t, Numbers(definition.state, x), p)
+        return _numbers(values, definition)
 
 
 def _numbers(values: Any, definition: Definition) -> Floats:  # noqa: ANN401

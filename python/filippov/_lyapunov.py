@@ -34,7 +34,7 @@ class Lyapunov(Stored):
     exponents: Floats  #: largest first, per unit of time; -inf exactly where slides end all
     error: Floats  #: standard error of each over the window, from batch means
     window: tuple[float, float]  #: times between which growth was averaged
-    slides: int  #: entered within the window
+    slides: int  #: modes with a slide that were entered within the window
     stretches: int  #: that were averaged
     skipped: int  #: left out, since they pass a tangency and have no derivative
     x: Floats  #: state at the end

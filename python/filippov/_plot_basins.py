@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ESCAPED, UNRESOLVED = "#ffffff", "#101010"
 #: Basins take these in turn.
-BASINS = ("#b9d2ec", "#f2c58a", "#b5ddb0", "#e3b3c6", "#d6cfa0", "#bdb5e0", "#a6dcd9", "#dfbfa8")
+BASINS = ("#dcebf8", "#f0a94b", "#4f9d69", "#7b4a9a", "#f3c9d3", "#b5651d", "#2f5d8a", "#c9d37a")
 ATTRACTOR: dict[str, Any] = {
     "linestyle": "none",
     "marker": "o",

@@ -176,14 +176,14 @@ def _heights(point: SpecialPoint, y: str) -> list[float]:
     return [float(v) for v in orbit.events["phase"][orbit.events["kind"] == "exit_sliding"]]
 
 
-# Curves in two parameters, in the colours and with the names of their kinds.
+# Curves in two parameters, with the names of their kinds; told apart in grey by their dashes.
 CURVES: dict[str, dict[str, Any]] = {
-    "crossing-sliding": {"color": "#2a7f3e"},
-    "grazing-sliding": {"color": "#8e44ad"},
-    "switching-sliding": {"color": "#1f5fa8"},
-    "adding-sliding": {"color": "#c0392b"},
-    "fold": {"color": "#101010"},
-    "flip": {"color": "#e8a33d"},
+    "crossing-sliding": {"color": "#2a7f3e", "linestyle": "--"},
+    "grazing-sliding": {"color": "#8e44ad", "linestyle": ":"},
+    "switching-sliding": {"color": "#1f5fa8", "linestyle": (0, (8, 2))},
+    "adding-sliding": {"color": "#c0392b", "linestyle": "-."},
+    "fold": {"color": "#101010", "linestyle": "-"},
+    "flip": {"color": "#e8a33d", "linestyle": (0, (4, 1, 1, 1, 1, 1))},
 }
 CURVE: dict[str, Any] = {"linewidth": 1.5}
 
