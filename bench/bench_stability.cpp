@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Does the engine ever hang, lie or err? Random relay systems, whose solutions are known in closed
+// form, in random rotations and units, against an oracle that shares no code with the engine.
+//
+// How far a run may be off is measured, too: the oracle is run again with an error of the size of
+// the tolerance added in every step. Where solutions need not be unique and that changes which
+// events happen, the problem is delicate at this tolerance, and only has to end, be finite and say
+// something that is true.
+#include "measure.hpp"
+#include "stability/drift.hpp"
+#include "stability/exact.hpp"
+
+#include <filippov/dormand_prince8.hpp>
+#include <filippov/ensemble.hpp>
+#include <filippov/flow.hpp>
+#include <filippov/rodas5p.hpp>
+
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <numeric>
+
+namespace {
+
+using namespace filippov;
+using namespace filippov::stability;
+
+/// The stated multiple: of what errors of the tolerance in every step amount to.
+constexpr double most = 100;
+
+enum Verdict { right, delicate, accumulation, not_unique, wrong, n_verdicts };
+
+struct Cell {
+    std::array<long long, n_verdicts> count{};
+    double worst = 0;             ///< error in units of the bound
+    std::uint64_t worst_case = 0; ///< its number
+    std::vector<double> ratios{};
+
+    long long runs() const { return std::accumulate(count.begin(), count.end(), 0LL); }
+    void operator+=(const Cell& c) {
+        for (std::size_t v = 0; v < n_verdicts; ++v)
+            count[v] += c.count[v];
+        if (c.worst > worst) {
+            worst = c.worst;
+            worst_case = c.worst_case;
+        }
+        ratios.insert(ratios.end(), c.ratios.begin(), c.ratios.end());
+    }
+};
+using Key = std::array<std::string, 3>; ///< shape, method, tolerance
+
+/// The same runs in other units: alike to the bit, to rounding, or not.
+struct Units {
+    long long same = 0, close = 0, other = 0;
+    void operator+=(const Units& u) {
+        same += u.same;
+        close += u.close;
+        other += u.other;
+    }
+};
+
+struct Report {
+    std::map<Key, Cell> cells;
+    std::map<std::string, Units> units; ///< by method
+    std::vector<std::string> failures;
+};
+
+std::string digits(const char* format, double v) {
+    char text[40];
+    std::snprintf(text, sizeof text, format, v);
+    return text;
+}
+
+/// One problem, and everything that is tried with it.
+template <int N, int M> class Trial {
+public:
+    Trial(std::uint64_t number, Report& report, bool talk)
+        : number_(number), report_(report), talk_(talk), problem_(Drawn<N, M>(number).problem()),
+          random_(number + 1), forwards_(problem_) {}
+
+    void run() {
+        const Vec<Long, N> start = forwards_.natural(problem_.x0);
+        const Long span = (Long(problem_.t_end) - Long(problem_.t0)) * Long(problem_.speed);
+        const auto exact = forwards_.run(start, problem_.t0, span, no_error);
+        say(exact);
+        compare(forwards_, exact, problem_.x0, problem_.t0, problem_.t_end, span, "");
+        if (exact.fate != Fate::ok || exact.slides)
+            return;
+        // where nothing slides the way back is as determined
+        const Exact<N, M> backwards(problem_, -1);
+        const Vec<double, N> end = forwards_.disguised(exact.x);
+        const auto back = backwards.run(backwards.natural(end), problem_.t_end, span, no_error);
+        compare(backwards, back, end, problem_.t_end, problem_.t0, span, " back");
+    }
+
+private:
+    static inline const Vec<Long, N> no_error = Vec<Long, N>::Zero();
+
+    void compare(const Exact<N, M>& oracle, const ExactRun<N, M>& exact, const Vec<double, N>& x0,
+                 double t0, double t_end, Long span, const char* way) {
+        constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13};
+        for (const double tolerance : tolerances) {
+            if (!talk_ && random_() % 2)
+                continue;
+            const Long error = Long(tolerance) * (1 + exact.largest);
+            Vec<Long, N> push;
+            for (int i = 0; i < N; ++i)
+                push[i] = error / 20 * Long(std::normal_distribution<>()(random_));
+            Long bound = error;
+            bool in_doubt = false;
+            for (int k = 0; k < 2; ++k) {
+                push = -push;
+                const auto pushed = oracle.run(oracle.natural(x0), t0, span, push);
+                // where solutions are unique they depend continuously on the start, whatever
+                // happens
+                in_doubt = in_doubt || (problem_.passive ? pushed.fate != exact.fate
+                                                         : !pushed.same_story(exact));
+                bound = std::max(bound, (pushed.x - exact.x).cwiseAbs().maxCoeff());
+            }
+            const auto judge = [&](const char* method, Status status, double t,
+                                   const Vec<double, N>& x, const std::string& message) {
+                const Long off = x.allFinite() ? oracle.distance(x, exact.x)
+                                               : std::numeric_limits<Long>::infinity();
+                const double ratio = double(off / bound);
+                const bool at_end = std::abs(t - t_end) <= 1e-6 * std::abs(t_end - t0);
+                const Verdict verdict =
+                    judged(exact, status, x.allFinite(), in_doubt, ratio, at_end);
+                count(std::string(method) + way, tolerance, verdict, ratio);
+                if (talk_ || verdict == wrong)
+                    report(std::string(method) + way, tolerance, status, t, ratio, in_doubt, exact,
+                           message);
+            };
+            try_methods(x0, t0, t_end, tolerance, judge);
+            if (t_end > t0)
+                try_units<DormandPrince5>("dopri5", tolerance);
+            if (t_end > t0)
+                try_units<DormandPrince8>("dop853", tolerance);
+            if constexpr (M == 1)
+                if (t_end > t0 && tolerance >= 1e-10)
+                    try_units<Rodas5P>("rodas5p", tolerance);
+        }
+    }
+
+    static Settings<double, N> settings_of(const Problem<N, M>& problem, double tolerance) {
+        Settings<double, N> settings;
+        settings.rtol = tolerance;
+        settings.atol = AbsoluteTolerance<double, N>(Vec<double, N>(tolerance * problem.size));
+        settings.max_steps = 200'000;
+        settings.max_events = 2'000;
+        return settings;
+    }
+    template <class Tableau>
+    static auto by_flow(const Problem<N, M>& q, const Vec<double, N>& x0, double t0, double t_end,
+                        double tolerance) {
+        Nothing nothing;
+        return flow<Tableau>(q.sys, Vec<double, 0>(), x0, t0, t_end, settings_of(q, tolerance),
+                             nothing);
+    }
+
+    /// Runs the problem in its own units and in others: one in sixteen of a campaign.
+    template <class Tableau> void try_units(const char* method, double tolerance) {
+        if (number_ % 16 != 0 && !talk_)
+            return;
+        const Problem<N, M> other = in_other_units(problem_, number_);
+        const auto go = [&](const Problem<N, M>& q) {
+            return by_flow<Tableau>(q, q.x0, q.t0, q.t_end, tolerance);
+        };
+        const auto here = go(problem_), there = go(other);
+        const Vec<double, N> x =
+            there.x.cwiseProduct(problem_.size).cwiseQuotient(other.size); // exact
+        const double off = (x - here.x).cwiseQuotient(problem_.size).cwiseAbs().maxCoeff(),
+                     size = here.x.cwiseQuotient(problem_.size).cwiseAbs().maxCoeff();
+        Units& units = report_.units[method];
+        if (here.status == there.status && x == here.x &&
+            here.counters.steps == there.counters.steps)
+            ++units.same;
+        else if (here.status == there.status && off <= 1e-12 * (1 + size))
+            ++units.close;
+        else {
+            ++units.other;
+            report_.failures.push_back(
+                "--case " + shape() + ":" + std::to_string(number_) + "  " + method + " " +
+                digits("%.0e", tolerance) + ": other units, off by " + digits("%.1e", off) + ", " +
+                std::string(name(here.status)) + " and " + std::string(name(there.status)));
+        }
+    }
+
+    template <class Judge>
+    void try_methods(const Vec<double, N>& x0, double t0, double t_end, double tolerance,
+                     const Judge& judge) {
+        const auto one = [&](auto tableau, const char* method, const Vec<double, N>& start) {
+            const auto r = by_flow<decltype(tableau)>(problem_, start, t0, t_end, tolerance);
+            judge(method, r.status, double(r.t), r.x, r.message());
+        };
+        one(DormandPrince5{}, "dopri5", x0);
+        one(DormandPrince8{}, "dop853", x0);
+        Vec<double, N> nudged; // one ulp this way or that: the same solution
+        for (int i = 0; i < N; ++i)
+            nudged[i] = std::nextafter(x0[i], (number_ >> i) % 2 ? 1e300 : -1e300);
+        one(DormandPrince8{}, "dop853 ulp", nudged);
+        if constexpr (M == 1) {
+            if (tolerance >= 1e-10)
+                one(Rodas5P{}, "rodas5p", x0);
+            if (t_end > t0) {
+                const auto r = ensemble<DormandPrince8, 8>(
+                    problem_.sys, {Member<N, 0>{x0, Vec<double, 0>(), t0, t_end}},
+                    settings_of(problem_, tolerance), Parallel{.threads = 1});
+                const auto& o = r.outcomes[0];
+                judge("lanes", o.status, o.clock.absolute(), o.x, "");
+            }
+        }
+    }
+
+    static Verdict judged(const ExactRun<N, M>& exact, Status status, bool finite, bool in_doubt,
+                          double ratio, bool at_end) {
+        if (!finite)
+            return wrong;
+        if (exact.fate == Fate::accumulates || status == Status::max_events)
+            return exact.fate == Fate::accumulates || in_doubt ? accumulation : wrong;
+        if (status != Status::ok && status != Status::ambiguous)
+            return wrong;
+        if (in_doubt || exact.fate == Fate::undecided)
+            return delicate;
+        if (exact.fate == Fate::not_unique)
+            return status == Status::ambiguous ? not_unique : wrong;
+        // (what would not be unique after the end is no mistake)
+        const bool arrived = status == Status::ok || at_end;
+        return arrived && ratio <= most ? right : wrong;
+    }
+
+    void count(const std::string& method, double tolerance, Verdict verdict, double ratio) {
+        Cell& cell = report_.cells[Key{shape(), method, digits("%.0e", tolerance)}];
+        ++cell.count[verdict];
+        if (verdict == right) {
+            cell.ratios.push_back(ratio);
+            if (ratio > cell.worst) {
+                cell.worst = ratio;
+                cell.worst_case = number_;
+            }
+        }
+    }
+
+    static std::string shape() { return std::to_string(N) + "," + std::to_string(M); }
+
+    void report(const std::string& method, double tolerance, Status status, double t, double ratio,
+                bool in_doubt, const ExactRun<N, M>& exact, const std::string& message) {
+        report_.failures.push_back(
+            "--case " + shape() + ":" + std::to_string(number_) + "  " + method + " " +
+            digits("%.0e", tolerance) + ": " + std::string(name(status)) + " after " +
+            digits("%.6g", (t - problem_.t0) * problem_.speed) + " of " +
+            digits("%.6g", (problem_.t_end - problem_.t0) * problem_.speed) + ", off by " +
+            digits("%.1e", ratio) + (in_doubt ? ", delicate" : "") + "; exactly " +
+            std::to_string(int(exact.fate)) + " at " + digits("%.6g", double(exact.t)) + ", " +
+            std::to_string(exact.events.size()) + " events, start " +
+            std::to_string(problem_.start) + (problem_.passive ? "" : ", not passive") +
+            (message.empty() ? "" : ". " + message));
+    }
+
+    void say(const ExactRun<N, M>& exact) const {
+        if (!talk_)
+            return;
+        std::printf("forced %d, moving %d, speed %g\n", problem_.sys.omega > 0,
+                    !problem_.sys.q.isZero(0), problem_.speed);
+        for (const auto& e : exact.events) {
+            std::printf("%.15Lf ", e.t);
+            for (int j = 0; j < M; ++j)
+                std::printf(" %+d", e.mode[j]);
+            std::printf("\n");
+        }
+    }
+
+    std::uint64_t number_;
+    Report& report_;
+    bool talk_;
+    Problem<N, M> problem_;
+    std::mt19937_64 random_;
+    Exact<N, M> forwards_;
+};
+
+/// Calls `use` with the numbers of components and surfaces of every shape.
+template <class Use> void each_shape(const Use& use) {
+    use.template operator()<2, 1>();
+    use.template operator()<3, 1>();
+    use.template operator()<3, 2>();
+    use.template operator()<4, 3>();
+}
+
+template <int N, int M> void campaign(long long n, std::uint64_t first, Report& total) {
+    std::mutex guard;
+    parallel_for(std::size_t(n), {}, [&](std::size_t i, Worker&) {
+        Report mine;
+        Trial<N, M>(first + i, mine, false).run();
+        const std::lock_guard lock(guard);
+        for (const auto& [key, cell] : mine.cells)
+            total.cells[key] += cell;
+        for (const auto& [method, units] : mine.units)
+            total.units[method] += units;
+        for (const std::string& failure : mine.failures)
+            total.failures.push_back(failure);
+    });
+}
+
+/// "3,2:17": problem 17 of 3 components and 2 surfaces, in detail. False if there is no such shape.
+bool one_case(const std::string& which, Report& report) {
+    int n = 0, m = 0;
+    unsigned long long number = 0;
+    bool found = false;
+    if (std::sscanf(which.c_str(), "%d,%d:%llu", &n, &m, &number) == 3)
+        each_shape([&]<int N, int M>() {
+            if (n == N && m == M) {
+                Trial<N, M>(number, report, true).run();
+                found = true;
+            }
+        });
+    return found;
+}
+
+double quantile(std::vector<double>& v, double q) {
+    if (v.empty())
+        return 0;
+    const auto at = v.begin() + std::ptrdiff_t(q * double(v.size() - 1));
+    std::nth_element(v.begin(), at, v.end());
+    return *at;
+}
+
+Cell print(Report& report, nlohmann::json& results) {
+    std::printf("%-5s %-12s %-6s %9s %9s %9s %8s %8s %6s %8s %8s %8s  %s\n", "shape", "method",
+                "tol", "runs", "right", "delicate", "many", "several", "wrong", "median", "99.9 %",
+                "worst", "case");
+    Cell all;
+    for (auto& [key, c] : report.cells) {
+        const double median = quantile(c.ratios, 0.5), high = quantile(c.ratios, 0.999);
+        std::printf("%-5s %-12s %-6s %9lld %9lld %9lld %8lld %8lld %6lld %8.2f %8.2f %8.2f  %llu\n",
+                    key[0].c_str(), key[1].c_str(), key[2].c_str(), c.runs(), c.count[right],
+                    c.count[delicate], c.count[accumulation], c.count[not_unique], c.count[wrong],
+                    median, high, c.worst, static_cast<unsigned long long>(c.worst_case));
+        results["cells"].push_back({{"shape", key[0]},
+                                    {"method", key[1]},
+                                    {"tolerance", key[2]},
+                                    {"runs", c.runs()},
+                                    {"right", c.count[right]},
+                                    {"delicate", c.count[delicate]},
+                                    {"accumulation", c.count[accumulation]},
+                                    {"not_unique", c.count[not_unique]},
+                                    {"wrong", c.count[wrong]},
+                                    {"median", median},
+                                    {"q999", high},
+                                    {"worst", c.worst},
+                                    {"case", c.worst_case}});
+        all += c;
+    }
+    std::printf("\n%lld runs: %lld right (%lld of them on non-unique solutions), %lld delicate, "
+                "%lld with more events than the oracle follows, %lld wrong\n",
+                all.runs(), all.count[right] + all.count[not_unique], all.count[not_unique],
+                all.count[delicate], all.count[accumulation], all.count[wrong]);
+    for (const auto& [method, u] : report.units) {
+        std::printf("%s in other units: %lld alike to the bit, %lld to rounding, %lld not\n",
+                    method.c_str(), u.same, u.close, u.other);
+        results["units"].push_back(
+            {{"method", method}, {"same", u.same}, {"close", u.close}, {"other", u.other}});
+        all.count[wrong] += u.other;
+    }
+    return all;
+}
+
+/// Long slides, a table; how many of them drift by more than their steps' errors may add up to.
+template <class Tableau> int long_slides(const char* method, int turns, nlohmann::json& results) {
+    int failed = 0;
+    for (const double tolerance : {1e-6, 1e-9, 1e-12}) {
+        const Drift d = drift_over<Tableau>(turns, tolerance);
+        const double bound = tolerance * double(d.steps);
+        const bool good = d.status == Status::ok && d.events == 0 && std::abs(d.energy) <= bound &&
+                          std::abs(d.phase) <= bound && d.off <= 4e-16;
+        failed += !good;
+        std::printf("%-8s %5.0e %10lld %11.1e %11.1e %11.1e %11.1e%s\n", method, tolerance, d.steps,
+                    d.energy, d.phase, bound, d.off, good ? "" : "  WRONG");
+        results["drift"].push_back({{"method", method},
+                                    {"tolerance", tolerance},
+                                    {"turns", turns},
+                                    {"steps", d.steps},
+                                    {"energy", d.energy},
+                                    {"phase", d.phase},
+                                    {"off", d.off}});
+    }
+    return failed;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    long long n = 40'000;
+    std::uint64_t first = 0;
+    std::string which;
+    const auto options = bench::parse(
+        argc, argv, "Random systems against their exact solutions", [&](CLI::App& app) {
+            app.add_option("--problems", n, "how many of each shape")
+                ->check(CLI::Range(1, 1 << 30));
+            app.add_option("--first", first, "number of the first");
+            app.add_option("--case", which, "one problem in detail, as reports name it: 3,2:17");
+        });
+    Report report;
+    if (!which.empty()) {
+        if (!one_case(which, report)) {
+            std::printf("no such case: expected 2,1:n, 3,1:n, 3,2:n or 4,3:n\n");
+            return 1;
+        }
+        for (const std::string& line : report.failures)
+            std::printf("%s\n", line.c_str());
+        return 0;
+    }
+    if (options.quick)
+        n = 500;
+    const double start = bench::wall_ms();
+    each_shape([&]<int N, int M>() { campaign<N, M>(n, first, report); });
+    nlohmann::json results;
+    const Cell all = print(report, results);
+    std::printf("%.0f s\n", (bench::wall_ms() - start) / 1e3);
+    for (std::size_t i = 0; i < std::min<std::size_t>(report.failures.size(), 40); ++i)
+        std::printf("%s\n", report.failures[i].c_str());
+    const int turns = options.quick ? 20 : 1'000;
+    std::printf("\na slide of %d turns on a curved surface\n%-8s %5s %10s %11s %11s %11s %11s\n",
+                turns, "method", "tol", "steps", "energy", "phase", "steps tol", "|h|");
+    const int drifted = long_slides<DormandPrince5>("dopri5", turns, results) +
+                        long_slides<DormandPrince8>("dop853", turns, results) +
+                        long_slides<Rodas5P>("rodas5p", turns, results);
+    bench::write_json(options, results);
+    return all.count[wrong] == 0 && drifted == 0 ? 0 : 1;
+}
