@@ -31,6 +31,10 @@ packages=(cmake ninja-build)
 if [ "${1:-}" = test ]; then
     packages+=(catch2 libeigen3-dev libbenchmark-dev libboost-dev libgsl-dev libcli11-dev nlohmann-json3-dev
         chromium chromium-driver)
+    # A second compiler, where the system has one that is new enough.
+    if apt-cache show clang-16 >/dev/null 2>&1; then
+        packages+=(clang-16 libclang-rt-16-dev libomp-16-dev)
+    fi
 fi
 # A compiler and a Python from elsewhere serve as well as Debian's.
 command -v c++ >/dev/null || packages+=(g++)

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Sets up and passes every check: C++ tests (-O3), the same with sanitizers, examples, benchmarks'
-# answers, the Python package, format, types, the programs in README and docs.
+# Sets up and passes every check: C++ tests with sanitizers by clang, those that depend on how they
+# are compiled (and the long ones) with g++ -O3 as users build them, examples, benchmarks' answers,
+# the Python package, format, types, the programs in README and docs.
 #
-# Time is kept by building each thing once: one sanitizer build for all three sanitizers, without the
-# benchmarks and without the checks of headers and consumers, which the first build has, and without
-# those checks of every pointer that the address sanitizer makes anyway (the preset ubsan has all);
-# and by ccache, where it is installed.
+# Time is kept by building each thing once: a test with all sanitizers or with -O3 (without fused
+# products both round alike; the preset release has all with -O3), headers and consumers with -O3;
+# without those checks of every pointer that the address sanitizer makes anyway (the preset ubsan has
+# all); lanes for this machine alone; and by ccache, where it is installed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -28,7 +29,7 @@ scripts/setup.sh test
 step "Python package"
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
 "${pip[@]}" "scikit-build-core>=0.10" "pybind11>=2.13"
-"${pip[@]}" --no-build-isolation -C build-dir=build/python ".[test]"
+"${pip[@]}" --no-build-isolation -C build-dir=build/python -C cmake.define.FILIPPOV_GSL=ON ".[test]"
 
 step "format and types"
 scripts/format.sh --check
@@ -39,13 +40,18 @@ fi
 step "programs in README and docs"
 .venv/bin/python scripts/check_snippets.py
 
-for preset in release sanitize; do
-    step "build: $preset"
-    cmake --preset "$preset"
-    cmake --build --preset "$preset"
-done
+build() {
+    step "build: $1"
+    cmake --preset "$1"
+    cmake --build --preset "$1"
+}
+build as-used
+if command -v clang++-16 >/dev/null; then
+    export CXX=clang++-16
+fi
+build sanitize
 
-for preset in release sanitize; do
+for preset in as-used sanitize; do
     step "C++ tests: $preset"
     ctest --preset "$preset"
 done

@@ -1,0 +1,89 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Looks for faults longer and in more ways than scripts/test.sh has time for. Needs what
+# `scripts/setup.sh test` installs, clang 16 with it, and valgrind.
+#
+#   scripts/stress.sh              all of it, some hours on two cores
+#   scripts/stress.sh thread       what uses threads, with the thread sanitizer
+#   scripts/stress.sh valgrind     the C++ examples in valgrind
+#   scripts/stress.sh compilers    hard cases and accuracy with g++ and clang, -O0 to -O3, with fused
+#                                  products and without, with and without assertions
+#   scripts/stress.sh fuzz [600]   each fuzzer for so many seconds
+#   scripts/stress.sh campaign     a million random runs against their exact solutions
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+thread() {
+    cmake --preset thread
+    local tests=(test_parallel test_ensemble test_diagram test_cells test_basins)
+    cmake --build --preset thread --target "${tests[@]}"
+    # OpenMP's own locks are not instrumented: its tool tells the sanitizer of them
+    local archer
+    archer=$(find /usr/lib/llvm-16/lib -name libarcher.so | head -n 1)
+    for test in "${tests[@]}"; do
+        OMP_TOOL_LIBRARIES=$archer TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=1 \
+            OMP_NUM_THREADS=4 "build/thread/tests/$test"
+    done
+}
+
+valgrind() {
+    cmake --preset as-used
+    local examples=(example_01_quickstart example_02_bifurcation_diagram)
+    cmake --build --preset as-used --target "${examples[@]}"
+    for example in "${examples[@]}"; do
+        (cd build/as-used/examples && OMP_NUM_THREADS=1 command valgrind --quiet \
+            --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite \
+            "./$example" >/dev/null)
+    done
+}
+
+compilers() {
+    local tests=(test_accuracy test_hard_cases_limits test_hard_cases_location
+        test_hard_cases_modes test_hard_cases_scale test_hard_cases_surfaces)
+    local folder=build/stress
+    mkdir -p build
+    # the library says -ffp-contract=off; what comes last holds
+    printf '#!/bin/sh\nexec g++ "$@" -mavx2 -mfma -ffp-contract=fast\n' >build/g++-fused
+    printf '#!/bin/sh\nexec clang++-16 "$@" -mavx2 -mfma -ffp-contract=fast\n' >build/clang++-fused
+    chmod +x build/g++-fused build/clang++-fused
+    for compiler in g++ clang++-16 "$PWD/build/g++-fused" "$PWD/build/clang++-fused"; do
+        for flags in "-O0 -D_GLIBCXX_ASSERTIONS" "-O1" "-O2 -DNDEBUG" "-O3 -DNDEBUG"; do
+            echo "== $compiler $flags"
+            cmake -S . -B "$folder" --fresh -G Ninja -DCMAKE_CXX_COMPILER="$compiler" \
+                -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="$flags" \
+                -DFILIPPOV_BUILD_CHECKS=OFF -DFILIPPOV_BUILD_BENCH=OFF >/dev/null
+            cmake --build "$folder" --target "${tests[@]}"
+            for test in "${tests[@]}"; do
+                "$folder/tests/$test"
+            done
+        done
+    done
+}
+
+fuzz() {
+    local seconds=${1:-600}
+    CXX=clang++-16 cmake --preset sanitize -DFILIPPOV_FUZZERS=ON
+    cmake --build --preset sanitize --target fuzzer_definition
+    mkdir -p build/fuzz/definition build/fuzz/stores build/fuzz/formulas
+    build/sanitize/tests/fuzzer_definition -max_total_time="$seconds" -timeout=20 -max_len=400 \
+        -artifact_prefix=build/fuzz/ build/fuzz/definition
+    .venv/bin/python -m pip install --quiet atheris
+    for what in stores formulas; do
+        .venv/bin/python tests/fuzz/python_surface.py "$what" -max_total_time="$seconds" \
+            -timeout=60 -max_len=400 -artifact_prefix=build/fuzz/ "build/fuzz/$what"
+    done
+}
+
+campaign() {
+    cmake --preset bench
+    cmake --build --preset bench --target bench_stability
+    build/bench/bench/bench_stability --problems 22000
+}
+
+if [ $# -gt 0 ]; then
+    "$@"
+else
+    for stage in thread valgrind compilers fuzz campaign; do
+        "$stage"
+    done
+fi
