@@ -154,8 +154,9 @@ TEST_CASE("no_allocation: the transient of a diagram allocates nothing", "[no_al
     const bool skip = GENERATE(false, true);
     std::vector<DiagramPoint<double, 2>> points;
     const auto transient = [&](double periods) {
-        DiagramObserver<double, 2, 1> observer(section, T, periods, skip, nullptr, points);
-        return flow<DormandPrince8>(models::Oscillator{}, p, x0, 0, 200 * T, settings, observer)
+        DiagramObserver<double, 2, 1> observer(section, T, periods, skip, points);
+        Listener<double, 2, 1> listener = observer.listener();
+        return flow<DormandPrince8>(models::Oscillator{}, p, x0, 0, 200 * T, settings, listener)
             .counters.events;
     };
     long long events = 0;

@@ -387,7 +387,6 @@ public:
         History history;
         Listener<double, N, M> listener;
         listener.stop = interrupted_;
-        listener.step = [](const auto&, const auto&) {};
         listener.event = [&](const Event<double, N, M>& e) {
             if (e.kind != EventKind::start && e.kind != EventKind::end)
                 history.events.push_back(happening(e));

@@ -72,22 +72,35 @@ template <class S, int N> struct DiagramValue {
     Counters counters{};
 };
 
-/// Observer that keeps the points of one run.
+/// Keeps the points of one run that it listens to.
 template <class S, int N, int M> class DiagramObserver {
 public:
-    static constexpr bool wants_steps = true;
-
     /// @param period    of the forcing, 0 if there is none
     /// @param transient whole periods, or a time, before which nothing is kept
     /// @param skip      whether to leave out what repeats itself
     DiagramObserver(const DiagramSection& section, const S& period, const S& transient, bool skip,
-                    Worker* worker, std::vector<DiagramPoint<S, N>>& points)
+                    std::vector<DiagramPoint<S, N>>& points)
         : section_(section), period_(period), transient_(transient), skip_(skip && period > S(0)),
-          worker_(worker), points_(points), repeats_(period) {}
+          points_(points), repeats_(period) {}
+
+    /// What the run is told; the observer must outlive it.
+    Listener<S, N, M> listener() {
+        Listener<S, N, M> all;
+        all.skip = [this](long long left) { return skip_periods(left); };
+        if (section_.strobe)
+            all.step = [this](const auto& step, const auto& path) { on_step(step, path); };
+        else
+            all.event = [this](const auto& event) { on_event(event); };
+        return all;
+    }
+    /// Points after which the run repeats itself, 0 if it was not seen to.
+    int cycle() const { return shift_ > 0 ? cycle_ : 0; }
+    long long skipped() const { return shift_; }
+
+private:
+    using Point = DiagramPoint<S, N>;
 
     void on_event(const Event<S, N, M>& e) {
-        if (section_.strobe)
-            return;
         const int surface = section_.surface >= 0 ? section_.surface : e.surface;
         EventKind kind = e.kind;
         // Several surfaces may change their modes at once.
@@ -105,11 +118,11 @@ public:
         take({e.period, e.t_local, e.x_right, kind, surface, boundary(e, kind, surface)},
              when >= transient_);
     }
-    template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
-        if (section_.strobe && step.end.index != step.clock.index)
+    /// Of a strobe.
+    void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
+        if (step.end.index != step.clock.index)
             pass_periods(step, path);
     }
-    bool interrupted() { return worker_ != nullptr && worker_->stopped(); }
 
     /// How many of the whole periods left the run need not follow. The repetitions are put in here,
     /// and what comes is later by as much.
@@ -122,13 +135,6 @@ public:
             repeat(k * took);
         return shift_ = n * took;
     }
-    /// Points after which the run repeats itself, 0 if it was not seen to.
-    int cycle() const { return shift_ > 0 ? cycle_ : 0; }
-    long long skipped() const { return shift_; }
-
-private:
-    using Point = DiagramPoint<S, N>;
-
     static int boundary(const Event<S, N, M>& e, EventKind kind, int surface) {
         switch (kind) {
         case EventKind::exit_sliding:
@@ -143,8 +149,7 @@ private:
             return M == 1 ? e.mode_after[0] : 0;
         }
     }
-    template <class Path>
-    FILIPPOV_COLD void pass_periods(const StepView<S, N, M>& step, Path& path) {
+    FILIPPOV_COLD void pass_periods(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
         for (long long k = step.clock.index + 1; k <= step.end.index; ++k) {
             const S theta = step.clock.until({period_, k, S(0), S(0)}) / step.dt;
             const Vec<S, N> x = theta < S(1) ? path(theta) : step.x1;
@@ -179,7 +184,6 @@ private:
     const DiagramSection& section_;
     const S period_, transient_;
     const bool skip_;
-    Worker* const worker_;
     std::vector<Point>& points_;
     Repeats<S, N> repeats_;
     int cycle_ = 0;
@@ -236,9 +240,11 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     }
     const S span = d.transient + d.keep;
     const S t_end = T > S(0) ? end_of_periods(span, T) : span;
-    DiagramObserver<S, N, M> observer(d.section, T, d.transient, d.skip_repeats, worker,
-                                      value.points);
-    const auto result = flow<Tableau>(sys, p, x0, S(0), t_end, d.run, observer, watched);
+    DiagramObserver<S, N, M> observer(d.section, T, d.transient, d.skip_repeats, value.points);
+    Listener<S, N, M> listener = observer.listener();
+    if (worker != nullptr)
+        listener.stop = [worker] { return worker->stopped(); };
+    const auto result = flow<Tableau>(sys, p, x0, S(0), t_end, d.run, listener, watched);
     value.status = result.status;
     if (result.status != Status::ok)
         value.message = result.message();

@@ -109,6 +109,40 @@ template <class... F> Sections<F...> sections(Section<F>... section) {
     return {std::tuple<Section<F>...>(std::move(section)...)};
 }
 
+/// Any sections, called through pointers, so that one engine serves them all.
+template <class S, int N, int P> class AnySections {
+public:
+    static constexpr int capacity = 16;
+
+    AnySections() = default; ///< none
+    template <class Sec>
+    explicit AnySections(const Sec& sections)
+        : sections_(&sections), size_(sections.size()),
+          value_([](const void* all, int q, const S& t, const Vec<S, N>& x, const Vec<S, P>& p) {
+              return S(static_cast<const Sec*>(all)->value(q, t, x, p));
+          }),
+          direction_(
+              [](const void* all, int q) { return static_cast<const Sec*>(all)->direction(q); }),
+          terminal_(
+              [](const void* all, int q) { return static_cast<const Sec*>(all)->terminal(q); }) {
+        static_assert(Sec::capacity <= capacity, "at most 16 sections");
+    }
+
+    int size() const { return size_; }
+    S value(int q, const S& t, const Vec<S, N>& x, const Vec<S, P>& p) const {
+        return value_(sections_, q, t, x, p);
+    }
+    int direction(int q) const { return direction_(sections_, q); }
+    bool terminal(int q) const { return terminal_(sections_, q); }
+
+private:
+    const void* sections_ = nullptr;
+    int size_ = 0;
+    S (*value_)(const void*, int, const S&, const Vec<S, N>&, const Vec<S, P>&) = nullptr;
+    int (*direction_)(const void*, int) = nullptr;
+    bool (*terminal_)(const void*, int) = nullptr;
+};
+
 /// Up to `Capacity` sections chosen at run time.
 template <class S, int N, int P, int Capacity = 16> struct DynamicSections {
     using Function = std::function<S(const S&, const Vec<S, N>&, const Vec<S, P>&)>;

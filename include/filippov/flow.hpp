@@ -745,9 +745,15 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S,
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
-    return detail::Flow<Sys, S, Tableau, Obs, Sec>(sys, p, t0, x0, t_end, settings, observer,
-                                                   watched, known_start)
-        .run();
+    const auto run = [&]<class Watched>(const Watched& sections) {
+        return detail::Flow<Sys, S, Tableau, Obs, Watched>(sys, p, t0, x0, t_end, settings,
+                                                           observer, sections, known_start)
+            .run();
+    };
+    if constexpr (std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>)
+        return run(AnySections<S, dim_v<Sys>, params_v<Sys>>(watched));
+    else
+        return run(watched);
 }
 
 } // namespace filippov

@@ -5,6 +5,8 @@
 
 #include <filippov/clock.hpp>
 #include <filippov/event.hpp>
+#include <filippov/mode.hpp>
+#include <filippov/runge_kutta.hpp>
 
 #include <functional>
 #include <span>
@@ -39,39 +41,59 @@ concept Observer = requires(O& o, const Event<S, N, M>& event) {
     o.on_event(event);
 };
 
-/// The state along a step, called through a pointer.
+/// The path of a step, called through pointers.
 template <class S, int N> class StepPath {
 public:
     template <class Path>
     explicit StepPath(Path& path)
         : path_(&path), call_([](void* object, const S& theta) -> Vec<S, N> {
               return (*static_cast<Path*>(object))(theta);
-          }) {}
+          }),
+          store_([](void* object, Kept& kept) { static_cast<Path*>(object)->store(kept); }) {}
     Vec<S, N> operator()(const S& theta) const { return call_(path_, theta); }
+    /// Leaves in a DensePiece what is needed to evaluate the step later.
+    template <class Piece> void store(Piece& piece) const {
+        Kept kept{piece.polynomial, piece.closed_form};
+        store_(path_, kept);
+    }
 
 private:
+    struct Kept {
+        Interpolant<S, N, 8>& polynomial;
+        bool& closed_form;
+    };
     void* path_;
     Vec<S, N> (*call_)(void*, const S&);
+    void (*store_)(void*, Kept&);
 };
 
-/// Whoever wants to hear of a run without the engine being compiled for him: what observers that
-/// do much at every step are called through.
+/// Whoever wants to hear of a run without the engine being compiled for him. All runs of a system
+/// and method that are heard by listeners share one engine (AnySections); the calls cost some
+/// nanoseconds a step.
 template <class S, int N, int M> struct Listener {
     static constexpr bool wants_steps = true;
+    // each may be empty
     std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
     std::function<void(const Event<S, N, M>&)> event{};
-    std::function<bool(const Event<S, N, M>&)> ends{}; ///< may be empty
-    std::function<bool()> stop{};                      ///< may be empty
-    /// may be empty
+    std::function<bool(const Event<S, N, M>&)> ends{};
+    std::function<bool()> stop{};
+    std::function<long long(long long)> skip{};
+    std::function<int(const Verdict<M>&)> chooser{};
     std::function<void(const Clock<S>&, const Mode<M>&, int, const Mode<M>&)> jump{};
-    std::function<void(const Clock<S>&, const Mode<M>&)> limit{}; ///< may be empty
+    std::function<void(const Clock<S>&, const Mode<M>&)> limit{};
 
-    void on_event(const Event<S, N, M>& e) { event(e); }
+    void on_event(const Event<S, N, M>& e) {
+        if (event)
+            event(e);
+    }
     template <class Path> void on_step(const StepView<S, N, M>& view, Path& path) {
-        step(view, StepPath<S, N>(path));
+        if (step)
+            step(view, StepPath<S, N>(path));
     }
     bool ends_at(const Event<S, N, M>& e) { return ends && ends(e); }
     bool interrupted() { return stop && stop(); }
+    long long skip_periods(long long left) { return skip ? skip(left) : 0; }
+    int choose(const Verdict<M>& verdict) { return chooser ? chooser(verdict) : -1; }
     void on_limit(const Clock<S>& clock, const Mode<M>& mode) {
         if (limit)
             limit(clock, mode);

@@ -159,7 +159,6 @@ public:
         Listener<double, N, M> listener;
         double since = stretch.t0;
         bool sliding = false;
-        listener.step = [](const auto&, const auto&) {};
         listener.event = [&](const Event<double, N, M>& e) {
             if (sliding)
                 end.slide_time += std::abs(e.t - since);
@@ -175,8 +174,9 @@ public:
             return stretch.ends_at_exit && e.kind == EventKind::exit_sliding;
         };
         listener.stop = [&] { return worker.stopped(); };
-        const Sections<> none;
-        const auto r = detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Sections<>>(
+        using Watched = AnySections<double, N, P>;
+        const Watched none;
+        const auto r = detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Watched>(
                            sys_, stretch.p, stretch.t0, stretch.x, stretch.t0 + stretch.dt,
                            settings, listener, none, known)
                            .run();

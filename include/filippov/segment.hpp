@@ -1271,8 +1271,10 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
     require_system<Sys>();
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
-    const Sections<> none;
-    Segment<Sys, S, Tableau, Obs, Sections<>> run(sys, p, t0, x0, t_end, settings, observer, none);
+    using Sec = std::conditional_t<std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>,
+                                   AnySections<S, dim_v<Sys>, params_v<Sys>>, Sections<>>;
+    const Sec none;
+    Segment<Sys, S, Tableau, Obs, Sec> run(sys, p, t0, x0, t_end, settings, observer, none);
     run.enter(mode);
     run.choose_first_step();
     run.watch_only(target);

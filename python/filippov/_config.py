@@ -48,6 +48,7 @@ def show_config(mode: str = "stdout") -> dict[str, str] | None:
         "lanes": f"{instruction_set()}, {lanes_in_a_register()} in a register",
         "threads": str(_core.config["threads"]),
         "GSL": "yes" if has_gsl() else "no",
+        "optimised": "no, for tests (FILIPPOV_LEAN)" if _core.config["lean"] else "yes",
         "assertions": "on" if _core.config["assertions"] else "off",
         "Python": platform.python_version(),
         "numpy": np.__version__,

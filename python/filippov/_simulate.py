@@ -187,8 +187,6 @@ def simulate(
     max_steps = integer("max_steps", max_steps)
     max_events = integer("max_events", max_events)
     policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
-    if on_nonunique == ALL and method not in EXPLICIT:
-        refuse("method", method, 'expected "dopri5" or "dop853" with on_nonunique="all"')
     branches = on_nonunique == ALL
     most = integer("max_branches", max_branches)
     most = most if branches else 0

@@ -142,10 +142,9 @@ private:
     const int n_, m_; ///< components, surfaces
 };
 
-/// Observer that keeps what the task asks for.
+/// Keeps what the task asks for of a run that it listens to.
 template <class Sys> class Keeper {
 public:
-    static constexpr bool wants_steps = true;
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = Vec<double, N>;
@@ -176,7 +175,7 @@ public:
         append(log.mode_after, event.mode_after);
     }
 
-    template <class Path> void on_step(const StepView<double, N, M>& step, Path& path) {
+    void on_step(const StepView<double, N, M>& step, const StepPath<double, N>& path) {
         Clock<double> end = step.clock;
         end.advance(step.dt);
         const double t1 = end.absolute();
@@ -205,8 +204,6 @@ public:
         if (!task_.t_eval)
             keep(t1, step.x1, step.mode);
     }
-
-    bool interrupted() { return task_.interrupted && task_.interrupted(); }
 
     /// The run as a whole, its last point the point where it ended.
     Run finish(const FlowResult<double, N, M>& result) {
@@ -429,11 +426,7 @@ public:
         });
     }
 
-    Run simulate(const Task& task) const override {
-        // Also without any watches: one more engine compiled for that case would save half a
-        // percent of a run.
-        return run(task, Watches{task.watches, {}});
-    }
+    Run simulate(const Task& task) const override { return run(task, nullptr); }
 
     std::shared_ptr<const Solution> solution(const PackedSolution& packed) const override {
         return DenseSolution<Sys>::of(sys_, packed);
@@ -447,7 +440,7 @@ public:
                 runs.complete = false;
                 break;
             }
-            runs.all.push_back(run(task, Watches{task.watches, {}}, script));
+            runs.all.push_back(run(task, &script));
         } while (runs.all.back().status != Status::interrupted && script.next());
         runs.complete = runs.complete && script.complete();
         return runs;
@@ -554,17 +547,18 @@ private:
             use(k, t.size() == 1 ? t[0] : t[k], y);
         }
     }
-    /// @param script  what to choose where the solution is not unique; none: by the policy
-    template <class Sec, class... Scripts>
-    Run run(const Task& task, const Sec& watched, Scripts&... script) const {
-        if constexpr (sizeof...(Scripts) == 0) // not for all solutions: who asks that is not stiff
-            if (task.method == Method::rodas5p)
-                return run<Rodas5P>(task, watched);
-        return task.method == Method::dop853 ? run<DormandPrince8>(task, watched, script...)
-                                             : run<DormandPrince5>(task, watched, script...);
+    /// @param script  what to choose where the solution is not unique; null: by the policy
+    Run run(const Task& task, Script<double, M>* script) const {
+        switch (task.method) {
+        case Method::dopri5:
+            return run<DormandPrince5>(task, script);
+        case Method::dop853:
+            return run<DormandPrince8>(task, script);
+        default:
+            return run<Rodas5P>(task, script);
+        }
     }
-    template <class Tableau, class Sec, class... Scripts>
-    Run run(const Task& task, const Sec& watched, Scripts&... script) const {
+    template <class Tableau> Run run(const Task& task, Script<double, M>* script) const {
         const Settings<double, N> settings = settings_of(task);
         const X x0 = padded<N>(task.x0, facts_.dim);
         X scale;
@@ -573,14 +567,18 @@ private:
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
         Keeper<Sys> keeper(sys_, p, task, scale);
-        if constexpr (sizeof...(Scripts) > 0) {
-            Scripted<Keeper<Sys>, double, M> chooser(std::move(keeper), script...);
-            return chooser.finish(
-                flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, chooser, watched));
-        } else {
-            return keeper.finish(
-                flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, keeper, watched));
-        }
+        Listener<double, N, M> listener;
+        listener.step = [&](const auto& step, const auto& path) { keeper.on_step(step, path); };
+        listener.event = [&](const Event<double, N, M>& event) {
+            keeper.on_event(event);
+            if (script != nullptr && event.alternatives > 0)
+                script->note(event.t);
+        };
+        listener.stop = task.interrupted;
+        if (script != nullptr)
+            listener.chooser = [&](const auto& verdict) { return script->choose(verdict); };
+        return keeper.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, listener,
+                                           Watches{task.watches, {}}));
     }
 
     const Sys sys_;

@@ -42,6 +42,11 @@ PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
 #else
     config["assertions"] = true;
 #endif
+#ifdef FILIPPOV_LEAN
+    config["lean"] = true;
+#else
+    config["lean"] = false;
+#endif
 #if defined(__AVX512F__)
     config["simd"] = "avx512";
 #elif defined(__AVX2__)

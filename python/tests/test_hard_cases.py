@@ -315,7 +315,7 @@ def test_h7_a_policy_chooses(method):
     assert_failed(stay, "ambiguous", "no sliding field")  # 0/0 there
 
 
-@explicit
+@each_method
 def test_h7_all_branches_of_a_two_fold(method):
     found = fp.simulate(
         strip(minus, lambda x: 2 * x), [0, 0], (0, 1), method=method, on_nonunique="all"

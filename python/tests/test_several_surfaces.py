@@ -278,8 +278,11 @@ def test_segments_and_pictures_do_not_join_what_jumps():
 # --- more than one solution -----------------------------------------------------------------------
 
 
-def test_all_solutions_from_a_tie():
-    found = fp.simulate(models.gene_switch, [3, 3], (0, 5), on_nonunique="all", rtol=1e-10)
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "rodas5p"])
+def test_all_solutions_from_a_tie(method):
+    found = fp.simulate(
+        models.gene_switch, [3, 3], (0, 5), method=method, on_nonunique="all", rtol=1e-10
+    )
     assert isinstance(found, fp.Branches)
     assert len(found) == 3
     assert found.complete

@@ -214,8 +214,6 @@ def test_a_smoothed_system_has_no_slides_to_look_for():
 def test_the_stiff_method_says_where_it_is_not():
     with pytest.raises(ValueError, match="method"):
         fp.ensemble(BLOCK, np.zeros((2, 2)), (0, 1), method="rodas5p")
-    with pytest.raises(ValueError, match="method"):
-        fp.simulate(BLOCK, [0, 0], (0, 1), method="rodas5p", on_nonunique="all")
 
 
 def test_the_stiff_method_takes_few_steps_where_it_is_stiff():
