@@ -31,7 +31,7 @@ step "Python package"
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
 "${pip[@]}" "scikit-build-core>=0.10" "pybind11>=2.13"
 "${pip[@]}" --no-build-isolation -C build-dir=build/python -C cmake.define.FILIPPOV_GSL=ON \
-    -C cmake.define.FILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}" ".[test]"
+    -C cmake.define.FILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}" ".[docs,test]"
 
 step "format and types"
 scripts/format.sh --check
@@ -41,6 +41,9 @@ fi
 
 step "programs in README and docs"
 .venv/bin/python scripts/check_snippets.py
+
+step "documentation site"
+scripts/docs.sh
 
 build() {
     step "build: $1"

@@ -33,7 +33,7 @@ MOST_SEEDS = 1_000_000
 
 @dataclass(frozen=True)
 class Tangency:
-    """A point where the field of one side is tangent to the surface: h = 0, L = 0, so |s| = 1.
+    """A point where the field of one side is tangent to the surface: h = 0, L = 0, so s = -1 or +1.
 
     An end of the sliding region, or of an escaping one.
     """

@@ -32,7 +32,7 @@ MOST_SAMPLES = 1_000_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlidingBoundary(Stored):
-    """One boundary of the sliding region, |s| = 1, over one period of the forcing."""
+    """One boundary of the sliding region, s = -1 or +1, over one period of the forcing."""
 
     side: int  #: whose field is tangent there: -1 (s = -1) or +1 (s = +1)
     t: Floats  #: times from 0 to the period, shape (k,)
