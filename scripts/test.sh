@@ -5,7 +5,7 @@
 # the Python package, format, types, the programs in README and docs.
 #
 # Time is kept by building each thing once: a test with all sanitizers or with -O3 (without fused
-# products both round alike; the preset release has all with -O3), headers and consumers with -O3;
+# products both round alike; the preset release has all with -O3), each header alone by clang;
 # without those checks of every pointer that the address sanitizer makes anyway (the preset ubsan has
 # all); lanes for this machine alone; and by ccache, where it is installed. FILIPPOV_LEAN=ON in the
 # environment compiles benchmarks and the Python package in half the time, for runs that take twice

@@ -1,19 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks of the house: headers alone, floors, what must be refused, and how others use the library.
-
-# Each header compiles alone, and twice.
-set(alone_files)
-foreach(header IN LISTS FILIPPOV_HEADERS)
-  file(RELATIVE_PATH header ${PROJECT_SOURCE_DIR}/include ${header})
-  string(REGEX REPLACE "\\.hpp$" ".cpp" alone ${CMAKE_CURRENT_BINARY_DIR}/alone/${header})
-  file(CONFIGURE OUTPUT ${alone} CONTENT "#include <@header@>\n#include <@header@>\n" @ONLY)
-  list(APPEND alone_files ${alone})
-endforeach()
-add_library(filippov_headers_alone OBJECT ${alone_files})
-target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov
-                                                     $<TARGET_NAME_IF_EXISTS:filippov::gsl>)
-target_compile_options(filippov_headers_alone
-                       PRIVATE $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-O0 -g0>)
+# Checks of the house: floors, what must be refused, and how others use the library.
 
 # Floors.
 find_package(Python3 QUIET COMPONENTS Interpreter)
