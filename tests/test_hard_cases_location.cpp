@@ -326,6 +326,17 @@ TEMPLATE_TEST_CASE("H23: NaN and infinity are reported with function, time and s
         CHECK(r.result.diagnosis.what == "h");
         CHECK(r.result.t == Approx(0.5).epsilon(0).margin(1e-9));
     }
+    SECTION("h ends with an infinite rate, far from its root") {
+        const Line sys(forward, forward, [](const auto& t, const auto& x) {
+            using std::sqrt;
+            return x[0] - 300 + sqrt(20 - t);
+        });
+        const auto r = go<TestType>(sys, V1(0), 0, 30, settings);
+        CHECK(r.result.status == Status::not_finite);
+        CHECK(r.result.diagnosis.what == "h");
+        CHECK(r.result.t == Approx(20).epsilon(0).margin(1e-6));
+        CHECK(r.result.x[0] == Approx(20).epsilon(0).margin(1e-6)); // it was put on the surface
+    }
     SECTION("at the start") {
         const Line f(([bad](const auto&, const auto& x) { return like(x, bad); }), forward, far);
         const auto rf = go<TestType>(f, V1(0), 0, 2, settings);

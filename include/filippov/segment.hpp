@@ -965,10 +965,12 @@ private:
         return Status::ok;
     }
 
-    /// When surface j would be met at the present rate.
+    /// When surface j would be met at the present rate; infinite if the rate is (as a root's is,
+    /// where it ends), which tells nothing.
     S time_to_surface(int j) const {
-        return -switching(sys_, clock_.local, x_, p_)[j] /
-               normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+        constexpr S infinity = std::numeric_limits<S>::infinity();
+        const S rate = normal_component(sys_, j, clock_.local, x_, p_, rk_.k[0]);
+        return abs_(rate) < infinity ? -switching(sys_, clock_.local, x_, p_)[j] / rate : infinity;
     }
 
     /// The next trial after a stage that was not finite: nearly to the surface if the step led
