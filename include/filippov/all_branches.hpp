@@ -72,18 +72,22 @@ private:
     bool complete_ = true;
 };
 
-/// An observer that chooses by a script.
-template <class Obs, class S, int M> struct Scripted : Obs {
-    Script<S, M>& script;
-
-    Scripted(Obs observer, Script<S, M>& by) : Obs(std::move(observer)), script(by) {}
-    int choose(const Verdict<M>& v) { return script.choose(v); }
-    template <int N> void on_event(const Event<S, N, M>& event) {
-        Obs::on_event(event);
-        if (event.alternatives > 0)
-            script.note(event.t);
-    }
-};
+/// A listener that tells an observer of a run and chooses by a script; null: by the policy.
+template <int N, class Obs, class S, int M>
+Listener<S, N, M> scripted(Obs& observer, Script<S, M>* script) {
+    Listener<S, N, M> listener;
+    listener.step = [&observer](const auto& step, const auto& path) {
+        observer.on_step(step, path);
+    };
+    listener.event = [&observer, script](const Event<S, N, M>& event) {
+        observer.on_event(event);
+        if (script != nullptr && event.alternatives > 0)
+            script->note(event.t);
+    };
+    if (script != nullptr)
+        listener.chooser = [script](const Verdict<M>& verdict) { return script->choose(verdict); };
+    return listener;
+}
 
 /// Simulates every solution from x0: at each point where it is not unique all modes that are
 /// admissible there are followed.
@@ -110,10 +114,10 @@ Solutions<Sys, S> simulate_all(const Sys& sys, const Params<Sys, std::type_ident
             break;
         }
         Solution<Sys, S> solution{{}, empty_trajectory(sys, p, x0, settings)};
-        using Keeps = Recorder<Sys, S, Dense>;
-        Scripted<Keeps, S, M> recorder(Keeps{solution.trajectory}, script);
+        Recorder<Sys, S, Dense> recorder{solution.trajectory};
+        Listener<S, dim_v<Sys>, M> listener = scripted<dim_v<Sys>>(recorder, &script);
         solution.trajectory.result =
-            flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);
+            flow<Tableau>(sys, p, x0, t0, t_end, settings, listener, watched);
         solution.choices = script.made();
         solutions.all.push_back(std::move(solution));
     } while (script.next());

@@ -567,16 +567,8 @@ private:
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
         Keeper<Sys> keeper(sys_, p, task, scale);
-        Listener<double, N, M> listener;
-        listener.step = [&](const auto& step, const auto& path) { keeper.on_step(step, path); };
-        listener.event = [&](const Event<double, N, M>& event) {
-            keeper.on_event(event);
-            if (script != nullptr && event.alternatives > 0)
-                script->note(event.t);
-        };
+        Listener<double, N, M> listener = scripted<N>(keeper, script);
         listener.stop = task.interrupted;
-        if (script != nullptr)
-            listener.chooser = [&](const auto& verdict) { return script->choose(verdict); };
         return keeper.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, listener,
                                            Watches{task.watches, {}}));
     }
