@@ -10,7 +10,6 @@ Usage: python parameter_study.py [--points 100] [--basins 2] [--cells 100] [--st
 
 import argparse
 import time
-import warnings
 from pathlib import Path
 
 import distributed
@@ -147,5 +146,4 @@ def main():
 
 
 if __name__ == "__main__":  # workers of a cluster import this file
-    warnings.filterwarnings("ignore", message=".*unstable.*")
     main()
