@@ -4,6 +4,7 @@
 # `scripts/setup.sh test` installs, clang 16 with it, and valgrind.
 #
 #   scripts/stress.sh              all of it, some hours on two cores
+#   scripts/stress.sh sanitize     all tests with the address and undefined behaviour sanitizers
 #   scripts/stress.sh thread       what uses threads, with the thread sanitizer
 #   scripts/stress.sh valgrind     the C++ examples in valgrind
 #   scripts/stress.sh compilers    hard cases and accuracy with g++ and clang, -O0 to -O3, with fused
@@ -12,6 +13,12 @@
 #   scripts/stress.sh campaign     a million random runs against their exact solutions
 set -euo pipefail
 cd "$(dirname "$0")/.."
+
+sanitize() {
+    CXX=clang++-16 cmake --preset sanitize -DFILIPPOV_TESTS=all -DFILIPPOV_BUILD_EXAMPLES=ON
+    cmake --build --preset sanitize
+    ctest --preset sanitize
+}
 
 thread() {
     cmake --preset thread
@@ -28,8 +35,8 @@ thread() {
 
 valgrind() {
     cmake --preset as-used
-    local examples=(example_01_quickstart example_02_bifurcation_diagram)
-    cmake --build --preset as-used --target "${examples[@]}"
+    local examples=(01_quickstart 02_bifurcation_diagram)
+    cmake --build --preset as-used --target "${examples[@]/#/example_}"
     for example in "${examples[@]}"; do
         (cd build/as-used/examples && OMP_NUM_THREADS=1 command valgrind --quiet \
             --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite \
@@ -83,7 +90,7 @@ campaign() {
 if [ $# -gt 0 ]; then
     "$@"
 else
-    for stage in thread valgrind compilers fuzz campaign; do
+    for stage in sanitize thread valgrind compilers fuzz campaign; do
         "$stage"
     done
 fi

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up and passes every check: C++ tests with sanitizers by clang, those that depend on how they
-# are compiled (and the long ones) with g++ -O3 as users build them, examples, benchmarks' answers,
-# the Python package, format, types, the programs in README and docs.
+# are compiled with g++ -O3 as users build them, those that compute for long, examples, benchmarks'
+# answers, the Python package, format, types, the programs in README and docs.
 #
-# Time is kept by building each thing once: a test with all sanitizers or with -O3 (without fused
-# products both round alike; the preset release has all with -O3), each header alone by clang;
-# without those checks of every pointer that the address sanitizer makes anyway (the preset ubsan has
-# all); lanes for this machine alone; and by ccache, where it is installed. FILIPPOV_LEAN=ON in the
-# environment compiles benchmarks and the Python package in half the time, for runs that take twice
-# as long.
+# Time is kept by building each thing once: a test with all sanitizers, or by g++ (without fused
+# products all round alike; `scripts/stress.sh sanitize` has every test with sanitizers, the preset
+# release with -O3), each header alone by clang; without those checks of every pointer that the
+# address sanitizer makes anyway (the preset ubsan has all); lanes for this machine alone; and by
+# ccache, where it is installed. FILIPPOV_LEAN=ON in the environment compiles benchmarks and the
+# Python package in half the time, for runs that take twice as long.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -48,14 +48,14 @@ scripts/docs.sh
 
 build() {
     step "build: $1"
-    cmake --preset "$1" -DFILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}"
+    cmake --preset "$@" -DFILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}"
     cmake --build --preset "$1"
 }
 build as-used
 if command -v clang++-16 >/dev/null; then
     export CXX=clang++-16
 fi
-build sanitize
+build sanitize -DFILIPPOV_TESTS=short -DFILIPPOV_BUILD_EXAMPLES=OFF
 
 for preset in as-used sanitize; do
     step "C++ tests: $preset"

@@ -2,6 +2,7 @@
 #include "catch.hpp"
 #include "formulas.hpp"
 
+#include <filippov/branch.hpp>
 #include <filippov/lanes.hpp>
 #include <filippov/orbit.hpp>
 #include <filippov/trajectory.hpp>
@@ -181,6 +182,10 @@ Definition by_values(Definition formulas) {
     return d;
 }
 
+Branch branch_of(const AnySystem& system, const Vector& p) {
+    return BranchTracer(system, 1, 2.9, 2.94).trace(settle(system, p, Vector::Zero(2)).cycle);
+}
+
 } // namespace
 
 TEST_CASE("External: the oscillator's sides as functions", "[formulas]") {
@@ -217,6 +222,27 @@ TEST_CASE("External: an orbit and its multipliers, as tight as of formulas", "[f
     CHECK(mine->counters().steps < 10 * model->counters().steps);
 }
 
+TEST_CASE("External: a branch goes on where a slip is born", "[formulas]") {
+    // with the length zero, which every word has there, divided out as for formulas
+    const auto mine = any_system(tests::tape_system<2>(by_values(tests::oscillator_formulas())));
+    const auto model = any_system(models::Oscillator{});
+    for (const double omega : {2.915, 2.92}) {
+        CAPTURE(omega);
+        Vector p = model->defaults();
+        p[0] = 0.5;
+        p[1] = omega;
+        const Branch a = branch_of(*mine, p), b = branch_of(*model, p);
+        CHECK(a.end == b.end);
+        CHECK(a.begin == b.begin);
+        REQUIRE(a.special.size() == 1);
+        REQUIRE(b.special.size() == 1);
+        CHECK(a.special[0].kind == b.special[0].kind);
+        CHECK(a.special[0].word_before == b.special[0].word_before);
+        CHECK(a.special[0].word_after == b.special[0].word_after);
+        CHECK(a.special[0].cycle.p[1] == Approx(b.special[0].cycle.p[1]).epsilon(1e-12));
+    }
+}
+
 TEST_CASE("External: differences far from zero, and what is not written", "[formulas]") {
     auto f = std::make_shared<External>();
     f->name = "sin";
@@ -235,4 +261,45 @@ TEST_CASE("External: differences far from zero, and what is not written", "[form
         CHECK(std::isnan(out[1].v));
         CHECK(std::isnan(out[1].d[0]));
     }
+}
+
+TEST_CASE("External: derivatives beside a wall are taken on the side where there is none",
+          "[formulas]") {
+    // exp(t x), and sin(x), which is there on both sides
+    for (const double side : {-1.0, 1.0})
+        for (const double wall : {0.0, 1e-8, 1e-3, 0.5}) {
+            CAPTURE(side, wall);
+            auto f = std::make_shared<External>();
+            f->name = "walled";
+            f->dim = 1;
+            f->outputs = 2;
+            f->scale.assign(2, 1.0);
+            const double at = 0.4;
+            f->value = [=](double t, const double* x, const double*, double* out) {
+                out[0] = side * (x[0] - at) > wall ? std::nan("") : std::exp(t * x[0]);
+                out[1] = std::sin(x[0]);
+            };
+            using D = Dual<double, 2>;
+            const D x = D::variable(at, 0), t = D::variable(0.7, 1);
+            std::array<D, 2> first;
+            evaluate(*f, t, &x, &x, first.data());
+            const D wanted = exp(t * x);
+            for (std::size_t k = 0; k < 2; ++k)
+                CHECK(first[0].d[k] == Approx(wanted.d[k]).margin(2e-11));
+            CHECK(first[1].d[0] == Approx(std::cos(at)).margin(5e-12));
+
+            using T = Taylor<double, 3>;
+            const T y = T::variable(at), one(1.0);
+            std::array<T, 2> third;
+            evaluate(*f, one, &y, &y, third.data());
+            const T series = exp(y);
+            constexpr std::array margin{0.0, 2e-11, 2e-7, 1e-3};
+            for (std::size_t k = 0; k <= 3; ++k)
+                CHECK(third[0].c[k] == Approx(series.c[k]).margin(margin[k]));
+
+            const auto slope = partial(f, 1);
+            std::array<double, 2> out{};
+            slope->value(0.7, &at, &at, out.data());
+            CHECK(out[0] == Approx(wanted.d[0]).margin(2e-11));
+        }
 }

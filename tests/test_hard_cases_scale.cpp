@@ -134,6 +134,43 @@ TEMPLATE_TEST_CASE("H26: other units of state and time give the same events", "[
 
 // --- H34 -----------------------------------------------------------------------------------------
 
+namespace {
+
+/// A slide to x = 0, where L1 = x^2 - x vanishes and turns; h = y - 1e6 has a coarse rounding.
+struct CoarseSlide {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 0> params{};
+    template <Scalar S>
+    State<CoarseSlide, S> f1(const S&, const State<CoarseSlide, S>& x,
+                             const Params<CoarseSlide, S>&) const {
+        return {S(1), x[0] * (x[0] - S(1))};
+    }
+    template <Scalar S>
+    State<CoarseSlide, S> f2(const S&, const State<CoarseSlide, S>&,
+                             const Params<CoarseSlide, S>&) const {
+        return {S(1), S(-1)};
+    }
+    template <Scalar S>
+    S h(const S&, const State<CoarseSlide, S>& x, const Params<CoarseSlide, S>&) const {
+        return x[1] - S(1e6);
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H26: the end of a slide does not depend on the unit of time", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    for (const double unit_t : {0x1p-60, 0x1p-30, 1.0, 0x1p30, 0x1p60}) {
+        CAPTURE(unit_t);
+        const OtherUnits<CoarseSlide> sys{{1.0, 1.0}, unit_t};
+        const auto slide =
+            run<TestType>(sys, Vec<double, 0>(), V2(-1, 1e6), 0, 1.5 / unit_t, bounded<2>(1e-9));
+        CHECK(faults(slide) == "");
+        REQUIRE(word(slide) == "exit_sliding");
+        CHECK(slide.events[1].t * unit_t == Approx(1).margin(1e-12));
+    }
+}
+
 TEMPLATE_TEST_CASE("H34: tolerances at the floor end in a result", "[hard]", DormandPrince5,
                    DormandPrince8) {
     const auto p = default_params<models::VaryingBelt>();

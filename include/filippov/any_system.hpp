@@ -188,8 +188,9 @@ public:
                     const Directions& along) const = 0;
     /// (h(t1) - sum_k<order h^(k) tau^k/k!) / tau^order along the field of a side, tau = t1 - t0,
     /// by its Taylor series at t0: what is left of h when its roots at the start are divided out;
-    /// m = 1. No value if tau is too long for the series to be exact to rounding, for second
-    /// derivatives, nor with several surfaces.
+    /// m = 1. No value if tau is too long for the series to be exact to rounding (or as exact as
+    /// differences are, of functions known by their values), for second derivatives, nor with
+    /// several surfaces.
     virtual std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
                                     const Vector& p, const Directions& along) const = 0;
     /// Interior minima along a forced mode: of |h| off the surface, of 1 + s and 1 - s on it.
@@ -489,19 +490,25 @@ private:
                                    const Vector& p, const Directions& along) const {
         const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p),
                                                        point(x), values_of(p));
+        // Of functions that are known by their values there are five terms.
+        int terms = 0;
+        while (terms < rise_order && std::isfinite(plain[std::size_t(terms)]))
+            ++terms;
+        if (along.v != nullptr || terms <= order)
+            return std::nullopt;
+        // The last terms stand for the remainder.
         const double tau = std::abs(t1 - t0);
-        // The last two terms stand for the remainder.
         double largest = 0, last = 0, factor = 1;
-        for (int k = 1; k <= rise_order; ++k) {
+        for (int k = 1; k <= terms; ++k) {
             factor *= k > order ? tau / k : 1.0 / k;
             if (k < order)
                 continue;
             const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
             largest = std::max(largest, term);
-            if (k >= rise_order - 1)
+            if (k >= rise_order - 1 || k == terms)
                 last += term;
         }
-        if (along.v != nullptr || !(last <= 1e-16 * largest))
+        if (!(last <= (terms == rise_order ? 1e-16 : 1e-8) * largest))
             return std::nullopt;
         using D = Dual<double, point_directions>;
         const auto c = lie_derivatives<rise_order>(field_of(side), h_of(0), time_of<D>(t0, along),
@@ -509,7 +516,7 @@ private:
         // the sum over k >= order of c_k tau^(k - order)/k!, and its derivative
         D sum(0.0);
         double slope = 0, power = 1, power_before = 0, factorial = 1;
-        for (int k = 1; k <= rise_order; ++k) {
+        for (int k = 1; k <= terms; ++k) {
             factorial *= k;
             if (k < order)
                 continue;

@@ -91,7 +91,7 @@ inline Least polished(const AnySystem& system, const Cycle& c, std::size_t i, Le
 } // namespace detail
 
 /// All tests of a cycle.
-inline std::vector<Test> tests(const AnySystem& system, const Cycle& c) {
+inline std::vector<Test> tests_of(const AnySystem& system, const Cycle& c) {
     std::vector<Test> all;
     const std::size_t n = c.size();
     const double fastest = detail::fastest_rate(system, c);

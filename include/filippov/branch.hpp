@@ -431,7 +431,7 @@ private:
 
     std::vector<Test> failures(const Cycle& c) const {
         std::vector<Test> failed;
-        for (const Test& test : tests(system_, c))
+        for (const Test& test : tests_of(system_, c))
             if (!(test.value > -1e-13))
                 failed.push_back(test);
         return failed;
@@ -533,7 +533,7 @@ private:
     /// and what is born where a slide begins is no second slide.
     bool alone(const SlidingCondition& s) const {
         const Cycle c = parent_of(s);
-        for (const Test& test : tests(system_, c))
+        for (const Test& test : tests_of(system_, c))
             if (!(test.value > -1e-8))
                 return false;
         return s.kind != Kind::crossing_sliding || s.cycle.word[s.node].mode != 0;
@@ -594,7 +594,7 @@ private:
     /// The cycle between the last good and the first bad one where a test vanishes, to first order.
     Cycle nearer(const Cycle& before, const Cycle& beyond, const Test& test) const {
         double good = 0;
-        for (const Test& other : tests(system_, before))
+        for (const Test& other : tests_of(system_, before))
             if (other.what == test.what && other.i == test.i &&
                 other.least.side == test.least.side && (good == 0 || other.value < good))
                 good = other.value;

@@ -485,7 +485,7 @@ private:
     /// The tests of a cycle but for the place's own.
     std::vector<Test> other_tests(const Place& here, const Vector& z) const {
         std::vector<Test> others;
-        for (const Test& test : tests(system_, here.cycle(z))) {
+        for (const Test& test : tests_of(system_, here.cycle(z))) {
             const bool own = is_sliding(here.kind) && test.what == Test::What::far_side &&
                              test.i == here.condition.node;
             if (!own)
@@ -640,7 +640,7 @@ private:
     double value_of(const Cycle& c, const Test& like) const {
         if (like.what == Test::What::nearest)
             return detail::polished(system_, c, like.i, like.least).value;
-        for (const Test& test : tests(system_, c))
+        for (const Test& test : tests_of(system_, c))
             if (test.what == like.what && test.i == like.i)
                 return test.value;
         return std::numeric_limits<double>::quiet_NaN();

@@ -6,6 +6,7 @@
 #include <filippov/taylor.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -17,7 +18,8 @@ namespace filippov {
 
 /// out = f(t, x, p). Where derivatives are needed and not given, they are differences over five
 /// points: first ones are good to about 1e-12 of the function's size, second ones to 1e-9, third
-/// ones to 1e-6.
+/// ones to 1e-6. Where the function ends (is not finite) on one side, the points are on the other,
+/// and first ones good to 1e-11.
 struct External {
     using Function = std::function<void(double t, const double* x, const double* p, double* out)>;
 
@@ -61,9 +63,82 @@ template <class T> std::vector<T> unwritten(int n) {
     return std::vector<T>(std::size_t(n), T(std::numeric_limits<double>::quiet_NaN()));
 }
 
+inline bool all_parts_finite(double x) { return std::isfinite(x); }
+template <class T, int K> bool all_parts_finite(const Dual<T, K>& x) {
+    return all_parts_finite(x.v) &&
+           std::ranges::all_of(x.d, [](const T& part) { return all_parts_finite(part); });
+}
+template <class T, int K> bool all_parts_finite(const Taylor<T, K>& x) {
+    return std::ranges::all_of(x.c, [](const T& part) { return all_parts_finite(part); });
+}
+
+/// Coefficients 1 to 4 of the polynomial through five values, in powers of their distance.
+template <class T> struct Quartic {
+    std::array<T, 4> c;
+    bool finite = false;
+
+    /// Of values at -2 ... 2.
+    static Quartic about(const T& a, const T& b, const T& at, const T& d, const T& e) {
+        return made(
+            {(T(8) * (d - b) - (e - a)) / T(12), (T(16) * (d + b) - (e + a) - T(30) * at) / T(24),
+             ((e - a) - T(2) * (d - b)) / T(12), ((e + a) - T(4) * (d + b) + T(6) * at) / T(24)});
+    }
+    /// Of values at 0, side, ..., 4 side, for a side of 1 or -1.
+    static Quartic beside(const T& at, const T& b, const T& c, const T& d, const T& e, int side) {
+        const T odd(side);
+        return made({odd * (T(48) * b - T(36) * c + T(16) * d - T(3) * e - T(25) * at) / T(12),
+                     (T(114) * c - T(104) * b - T(56) * d + T(11) * e + T(35) * at) / T(24),
+                     odd * (T(18) * b - T(24) * c + T(14) * d - T(3) * e - T(5) * at) / T(12),
+                     (T(6) * c - T(4) * b - T(4) * d + e + at) / T(24)});
+    }
+
+private:
+    static Quartic made(const std::array<T, 4>& c) {
+        return {c, std::ranges::all_of(c, [](const T& part) { return all_parts_finite(part); })};
+    }
+};
+
+/// The quartics of f along a curve through five points: two on either side, or four on one where f
+/// ends on the other (at a wall beyond the surface, say).
+/// @param at     f at 0
+/// @param curve  `Inputs<T>` at so many steps
+template <class T, class Curve>
+std::vector<Quartic<T>> quartics(const External& f, const std::vector<T>& at, const Curve& curve) {
+    const auto sampled = [&](int steps) {
+        auto sample = unwritten<T>(f.outputs);
+        evaluate(f, curve(steps), sample.data());
+        return sample;
+    };
+    std::vector<Quartic<T>> all(at.size());
+    std::array<std::vector<T>, 4> s;
+    for (std::size_t m = 0; m < s.size(); ++m)
+        s[m] = sampled(std::array{-2, -1, 1, 2}[m]);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        all[i] = Quartic<T>::about(s[0][i], s[1][i], at[i], s[2][i], s[3][i]);
+    for (const int side : {-1, 1}) {
+        const auto ends = [&](std::size_t i) { return !all[i].finite && all_parts_finite(at[i]); };
+        bool any = false;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            any = any || ends(i);
+        if (!any)
+            break;
+        for (std::size_t m = 0; m < s.size(); ++m)
+            s[m] = sampled(side * int(m + 1));
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (ends(i)) {
+                const auto there =
+                    Quartic<T>::beside(at[i], s[0][i], s[1][i], s[2][i], s[3][i], side);
+                all[i] = there.finite ? there : all[i];
+            }
+    }
+    return all;
+}
+
 /// The derivative of f along a direction, `outputs` numbers.
+/// @param here  f there
 template <class T>
-std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T> along) {
+std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T> along,
+                                const std::vector<T>& here) {
     std::vector<T> slope(std::size_t(f.outputs), T(0));
     if (f.jacobian) {
         auto jacobian = unwritten<T>(f.outputs * f.dim);
@@ -84,18 +159,15 @@ std::vector<T> derivative_along(const External& f, const Inputs<T>& at, Inputs<T
     if (size == 0)
         return slope;
     const double step = difference_step / size;
-    std::array<std::vector<T>, 4> sample; // at -2, -1, 1, 2 steps
-    constexpr std::array offsets{-2, -1, 1, 2};
-    for (std::size_t m = 0; m < sample.size(); ++m) {
+    const auto line = [&](int steps) {
         Inputs<T> shifted = at;
         for (std::size_t i = 0; i < at.size(); ++i)
-            shifted[i] += T(offsets[m] * step) * along[i];
-        sample[m] = unwritten<T>(f.outputs);
-        evaluate(f, shifted, sample[m].data());
-    }
+            shifted[i] += T(steps * step) * along[i];
+        return shifted;
+    };
+    const auto all = quartics(f, here, line);
     for (std::size_t i = 0; i < slope.size(); ++i)
-        slope[i] +=
-            (T(8) * (sample[2][i] - sample[1][i]) - (sample[3][i] - sample[0][i])) / T(12 * step);
+        slope[i] += all[i].c[0] / T(step);
     return slope;
 }
 
@@ -110,7 +182,7 @@ void evaluate_series(const External& f, const Inputs<Dual<T, K>>& at, Dual<T, K>
     for (std::size_t k = 0; k < std::size_t(K); ++k) {
         for (std::size_t i = 0; i < at.size(); ++i)
             along[i] = at[i].d[k];
-        const std::vector<T> slope = derivative_along(f, value, along);
+        const std::vector<T> slope = derivative_along(f, value, along, result);
         for (std::size_t i = 0; i < slope.size(); ++i)
             out[i].d[k] = slope[i];
     }
@@ -142,13 +214,16 @@ void evaluate_series(const External& f, const Inputs<Taylor<T, K>>& at, Taylor<T
             if (part > 0)
                 step = std::min(step, std::pow(difference_step * size / part, 1.0 / k));
         }
-    const bool moves = step < std::numeric_limits<double>::infinity();
-    std::array<std::vector<T>, 5> sample; // at -2 ... 2 steps
-    for (std::size_t m = 0; m < sample.size(); ++m) {
-        sample[m] = unwritten<T>(f.outputs);
-        if (m != 2 && !moves)
-            continue;
-        const T tau(m == 2 ? 0.0 : (double(m) - 2) * step);
+    Inputs<T> value;
+    for (const auto& input : at)
+        value.push_back(input.c[0]);
+    auto here = unwritten<T>(f.outputs);
+    evaluate(f, value, here.data());
+    std::copy(here.begin(), here.end(), out);
+    if (!(step < std::numeric_limits<double>::infinity())) // nothing moves
+        return;
+    const auto curve = [&](int steps) {
+        const T tau(steps * step);
         Inputs<T> shifted;
         for (const auto& input : at) {
             T sum = input.c[std::size_t(K)];
@@ -156,23 +231,15 @@ void evaluate_series(const External& f, const Inputs<Taylor<T, K>>& at, Taylor<T
                 sum = input.c[std::size_t(k)] + tau * sum;
             shifted.push_back(sum);
         }
-        evaluate(f, shifted, sample[m].data());
-    }
-    for (std::size_t i = 0; i < std::size_t(f.outputs); ++i) {
-        const T &a = sample[0][i], &b = sample[1][i], &c = sample[2][i], &d = sample[3][i],
-                &e = sample[4][i];
-        out[i] = Taylor<T, K>(c);
-        if (!moves)
-            continue;
-        const std::array<T, 4> scaled{
-            T(8) * (d - b) - (e - a), T(16) * (d + b) - (e + a) - T(30) * c,
-            (e - a) - T(2) * (d - b), (e + a) - T(4) * (d + b) + T(6) * c};
-        constexpr std::array divisor{12.0, 24.0, 12.0, 24.0};
+        return shifted;
+    };
+    const auto all = quartics(f, here, curve);
+    for (std::size_t i = 0; i < all.size(); ++i) {
         double power = 1;
         for (std::size_t k = 1; k <= std::size_t(K); ++k) {
             power *= step;
-            out[i].c[k] = k <= scaled.size() ? T(scaled[k - 1] / T(divisor[k - 1] * power))
-                                             : T(std::numeric_limits<double>::quiet_NaN());
+            out[i].c[k] = k <= all[i].c.size() ? T(all[i].c[k - 1] / T(power))
+                                               : T(std::numeric_limits<double>::quiet_NaN());
         }
     }
 }
@@ -229,7 +296,9 @@ inline std::shared_ptr<const External> partial(const std::shared_ptr<const Exter
         at.insert(at.end(), x, x + f->dim);
         at.insert(at.end(), p, p + f->params);
         along[std::size_t(input)] = 1;
-        const std::vector<double> slope = detail::derivative_along(*f, at, std::move(along));
+        auto here = detail::unwritten<double>(f->outputs);
+        detail::evaluate(*f, at, here.data());
+        const std::vector<double> slope = detail::derivative_along(*f, at, std::move(along), here);
         std::copy(slope.begin(), slope.end(), out);
     };
     return d;

@@ -44,20 +44,30 @@ template <class S> struct Smallness {
     S time;   ///< 0: the height decides
 };
 
-/// True if h' (and h'') at a point are no more than rounding: what they start, before the
-/// derivative `next` of order `n` turns it back, is too low or too brief to be told from nothing.
+/// One derivative of h along a field.
+template <class S> struct Derivative {
+    int order;
+    S value;
+};
+
+/// True if the first derivative of h that is not zero is no more than rounding: what it starts,
+/// before the `next` one turns it back, is too low or too brief to be told from nothing.
 template <class S>
-bool negligible(const S& slope, const S& next, int n, const Smallness<S>& small) {
+bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Smallness<S>& small) {
     using std::abs;
     using std::pow;
-    if (slope == S(0))
+    if (first.value == S(0))
         return true;
-    if (next == S(0) || sign(slope) == sign(next))
+    if (next.value == S(0) || sign(first.value) == sign(next.value))
         return false;
-    // slope tau balances next tau^n / n!; the height between is about slope tau / 2
-    const S factorial = n == 2 ? S(2) : S(6);
-    const S tau = pow(abs(slope) * factorial / abs(next), S(1) / S(n - 1));
-    return small.time > S(0) ? tau <= small.time : abs(slope) * tau / S(2) <= small.height;
+    // their Taylor terms balance after tau; the height between is about half of one
+    const S factorial = first.order == 1 ? S(1) : S(2),
+            next_factorial = next.order == 2 ? S(2) : S(6);
+    const S tau = pow(abs(first.value / factorial) / abs(next.value / next_factorial),
+                      S(1) / S(next.order - first.order));
+    if (small.time > S(0))
+        return tau <= small.time;
+    return abs(first.value / factorial) * pow(tau, S(first.order)) / S(2) <= small.height;
 }
 
 } // namespace detail
@@ -114,17 +124,18 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     const S second = lie_derivatives<2>(field, h, t, x, p)[1];
     // Plainly not zero: whatever the third derivative, what h'' starts is above rounding.
     if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
-        return detail::negligible(slope, second, 2, first)
+        return detail::negligible<S>({1, slope}, {2, second}, first)
                    ? Departure{detail::sign(second), 2, true}
                    : Departure{detail::sign(slope), 1, true};
 
     const S third = S(arrival.direction) * lie_derivatives<3>(field, h, t, x, p)[2];
     const bool no_third = abs(third * tau * tau * tau) <= noise;
     const bool no_second =
-        abs(second * tau * tau) <= noise || detail::negligible(second, third, 2, higher);
-    const bool no_first = no_second ? (no_third ? abs(slope * tau) <= noise
-                                                : detail::negligible(slope, third, 3, first))
-                                    : detail::negligible(slope, second, 2, first);
+        abs(second * tau * tau) <= noise || detail::negligible<S>({2, second}, {3, third}, higher);
+    const bool no_first = no_second
+                              ? (no_third ? abs(slope * tau) <= noise
+                                          : detail::negligible<S>({1, slope}, {3, third}, first))
+                              : detail::negligible<S>({1, slope}, {2, second}, first);
     if (!no_first)
         return {detail::sign(slope), 1, true};
     if (!no_second)
