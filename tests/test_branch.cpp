@@ -43,6 +43,37 @@ double residual(const SpecialPoint& s, const std::string& name) {
     return 0;
 }
 
+/// A circle of radius sqrt(mu) about (c, 0), far from where anything switches.
+struct Circle {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"mu", "c"};
+    static constexpr std::array<double, 2> defaults{1, 0};
+    template <Scalar S>
+    State<Circle, S> f1(const S&, const State<Circle, S>& x, const Params<Circle, S>& p) const {
+        const S u = x[0] - p[1], v = x[1], growth = p[0] - u * u - v * v;
+        return {growth * u - v, growth * v + u};
+    }
+    template <Scalar S>
+    State<Circle, S> f2(const S& t, const State<Circle, S>& x, const Params<Circle, S>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const State<Circle, S>& x, const Params<Circle, S>&) const {
+        return x[0] + S(100);
+    }
+};
+/// That circle followed in one of its parameters.
+Branch trace_circle(int parameter, double low, double high) {
+    const auto system = any_system(Circle{});
+    Cycle c;
+    c.word.letters = {{1, Until::phase}};
+    c.period = 2 * std::acos(-1.0);
+    c.t = {0};
+    c.x = {Vector::Unit(2, 0)};
+    c.p = system->defaults();
+    REQUIRE(shoot(*system, c).ok());
+    return BranchTracer(*system, parameter, low, high).trace(c);
+}
+
 /// The bifurcation is one of the orbit itself: the words of plain runs on its two sides.
 std::string word_at(const Traced& traced, const SpecialPoint& s, double omega) {
     Cycle near = parent_of({s.kind, s.cycle, s.node, s.side});
@@ -99,7 +130,7 @@ TEST_CASE("branch: adding- and grazing-sliding at A = 0.5", "[branch]") {
     for (const BranchPoint& point : traced.branch.points)
         CHECK(point.cycle.p[1] >= grazing->cycle.p[1] - 1e-12);
     // one end stable, the other not (figure 4.6a)
-    CHECK(traced.branch.points.front().stable() != traced.branch.points.back().stable());
+    CHECK(traced.branch.points.front().stable(true) != traced.branch.points.back().stable(true));
 }
 
 TEST_CASE("branch: crossing- and switching-sliding at A = 5", "[branch]") {
@@ -233,6 +264,31 @@ TEST_CASE("branch: A and -A are one orbit half a period apart", "[branch]") {
     }
 }
 
+TEST_CASE("branch: an orbit without events that moves away from where it was", "[branch]") {
+    const Branch branch = trace_circle(1, -5, 5);
+    CHECK(branch.status == Status::ok);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "bound of the parameter");
+    CHECK(branch.special.empty());
+    for (const BranchPoint& point : branch.points) {
+        const Vector x = point.cycle.x[0] - point.cycle.p[1] * Vector::Unit(2, 0);
+        CHECK(x.norm() == Approx(1).epsilon(1e-9));
+        CHECK(point.cycle.period == Approx(2 * std::acos(-1.0)).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("branch: an orbit that shrinks to an equilibrium ends there", "[branch]") {
+    const Branch branch = trace_circle(0, -1, 2);
+    CHECK(branch.status == Status::ok);
+    CHECK(branch.end == "bound of the parameter");
+    CHECK(branch.begin == "the orbit shrinks to an equilibrium");
+    CHECK(branch.special.empty());
+    CHECK(branch.points.front().cycle.p[0] == Approx(0).margin(1e-7));
+    for (const BranchPoint& point : branch.points)
+        CHECK(point.cycle.x[0].squaredNorm() == Approx(point.cycle.p[0]).margin(1e-10));
+    CHECK(branch.points.size() < 200);
+}
+
 TEST_CASE("branch: relay feedback, both halves bifurcate at once (P7)", "[branch]") {
     const auto system = relay_system();
     const auto settled = [&](double omega) {
@@ -275,7 +331,7 @@ TEST_CASE("branch: relay feedback, both halves bifurcate at once (P7)", "[branch
     CHECK(std::abs(residual(branch.special[3], "mu - 1")) < 1e-9);
     int stable = 0;
     for (const BranchPoint& point : branch.points)
-        if (point.cycle.word.string() == "0-0-0+0+" && point.stable() &&
+        if (point.cycle.word.string() == "0-0-0+0+" && point.stable(system->forced()) &&
             point.cycle.p[1] < fold + 0.02) {
             ++stable;
             Vector p = point.cycle.p;
@@ -303,7 +359,7 @@ TEST_CASE("branch: Neimark-Sacker where the damping changes its sign", "[branch]
     for (const BranchPoint& point : branch.points) {
         const double det = (point.multipliers[0] * point.multipliers[1]).real();
         CHECK(det == Approx(std::exp(-2 * point.cycle.p[0] * point.cycle.period)).epsilon(1e-10));
-        CHECK(point.stable() == (point.cycle.p[0] > 0));
+        CHECK(point.stable(true) == (point.cycle.p[0] > 0));
     }
 }
 
@@ -325,8 +381,8 @@ TEST_CASE("branch: nothing is missed in the last step before a bound", "[branch]
     REQUIRE(branch.special.size() == 1);
     CHECK(branch.special[0].kind == Kind::flip);
     CHECK(branch.special[0].cycle.p[0] == Approx(2.456262616).epsilon(1e-9));
-    CHECK_FALSE(branch.points.front().stable());
-    CHECK(branch.points.back().stable());
+    CHECK_FALSE(branch.points.front().stable(true));
+    CHECK(branch.points.back().stable(true));
 }
 
 TEST_CASE("branch: different bifurcations within one step", "[branch]") {

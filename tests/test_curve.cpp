@@ -7,6 +7,7 @@
 #include <filippov/bifurcation_set.hpp>
 
 #include <cmath>
+#include <map>
 
 using namespace filippov;
 

@@ -98,6 +98,57 @@ TEST_CASE("split: where only a derivative jumps is a kink", "[formulas]") {
           }) == std::vector{SurfaceKind::switching});
 }
 
+TEST_CASE("split: a jump is one however far the sides' formulas are apart elsewhere",
+          "[formulas]") {
+    // friction that falls exponentially: beyond its side its formula grows by e^(a |v|)
+    for (const double a : {0.1, 1.0, 2.0, 5.0, 50.0, 1e3, 1e6}) {
+        CAPTURE(a);
+        const auto friction = [a](Graph& g, Expr x, Expr v, Expr p, bool odd) {
+            const Expr u = g.sub(v, p), s = sign(g, u);
+            const Expr size = g.unary(Op::exp, g.mul(g.constant(-a), g.abs(u)));
+            // (1 + e^(-a|u|)) sign(u) jumps, (1 - e^(-a|u|)) sign(u) does not
+            const Expr law =
+                g.mul(s, odd ? g.add(g.constant(1), size) : g.sub(g.constant(1), size));
+            return std::vector{v, g.sub(g.neg(x), law)};
+        };
+        const auto kinds = [&](bool odd) {
+            return plane(
+                       [&](Graph& g, Expr x, Expr v, Expr p) { return friction(g, x, v, p, odd); },
+                       0.3)
+                .kind;
+        };
+        CHECK(kinds(true) == std::vector{SurfaceKind::switching});
+        CHECK(kinds(false) == std::vector{SurfaceKind::kink});
+    }
+}
+
+TEST_CASE("split: kinks of every order, and far from zero", "[formulas]") {
+    const auto kinds = [](const auto& field) { return plane(field).kind; };
+    const std::vector kink{SurfaceKind::kink};
+    for (const double at : {0.0, 1.0, 1e4, 1e8}) {
+        CAPTURE(at);
+        CHECK(kinds([at](Graph& g, Expr x, Expr y, Expr) {
+                  const Expr u = g.sub(x, g.constant(at));
+                  return std::vector{g.abs(u), g.mul(y, y)};
+              }) == kink);
+        CHECK(kinds([at](Graph& g, Expr x, Expr y, Expr) { // |u| u^2 + y
+                  const Expr u = g.sub(x, g.constant(at));
+                  return std::vector{g.add(g.mul(g.abs(u), g.mul(u, u)), y), y};
+              }) == kink);
+        CHECK(kinds([at](Graph& g, Expr x, Expr y, Expr) { // x^2 below, its tangent above
+                  const Expr a = g.constant(at), u = g.sub(x, a);
+                  const Expr line = g.add(g.mul(a, a), g.mul(g.mul(g.constant(2), a), u));
+                  return std::vector{g.where(g.step(u), line, g.mul(x, x)), y};
+              }) == kink);
+        CHECK(kinds([at](Graph& g, Expr x, Expr y, Expr) { // the same with a small step
+                  const Expr a = g.constant(at), u = g.sub(x, a);
+                  const Expr line = g.add(g.mul(a, a), g.mul(g.mul(g.constant(2), a), u));
+                  const Expr up = g.add(line, g.constant(1e-9 * (1 + at * at)));
+                  return std::vector{g.where(g.step(u), up, g.mul(x, x)), y};
+              }) == std::vector{SurfaceKind::switching});
+    }
+}
+
 TEST_CASE("split: a surface at which nothing changes is none", "[formulas]") {
     CHECK(plane([](Graph& g, Expr x, Expr y, Expr) {
               return std::vector{g.mul(sign(g, x), g.abs(x)), y};

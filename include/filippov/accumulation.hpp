@@ -39,7 +39,10 @@ public:
     }
     /// Time between the last two events, without sign; 0 if there is no second.
     S gap() const { return gap_; }
-    void clear() { n_ = 0; }
+    void clear() {
+        n_ = 0;
+        longest_gap_ = S(0);
+    }
     /// True if it is worth while to look for a limit: the last event came far sooner than others.
     bool hurry() const { return n_ > 3 && gap_ < S(1e-2) * longest_gap_; }
 

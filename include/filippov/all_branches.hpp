@@ -43,9 +43,9 @@ public:
         complete_ = complete_ && v.n_options > 1 && v.kept() == v.n_options;
         return option;
     }
-    /// Tells when the last choice was made.
+    /// Tells when the last choices were made: two changes of mode at one time are one event.
     void note(const S& t) {
-        if (dated_ < made_.size())
+        while (dated_ < made_.size())
             made_[dated_++].t = t;
     }
     const std::vector<Choice<S, M>>& made() const { return made_; }

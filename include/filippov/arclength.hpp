@@ -97,7 +97,7 @@ inline Located zero_along(const Arclength& curve, const Vector& z, const Vector&
         best = here;
         const double f = value(here.z, here.J);
         moved = std::abs(s - b);
-        done = moved <= 1e-14 * std::abs(ds) || !(std::abs(f) > 0);
+        done = moved <= 1e-14 * std::abs(ds) || f == 0;
         if (f * f1 < 0) {
             a = b;
             f0 = f1;

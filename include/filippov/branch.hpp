@@ -4,8 +4,6 @@
 
 #include <filippov/bifurcation.hpp>
 
-#include <map>
-
 namespace filippov {
 
 /// A point of a branch.
@@ -13,13 +11,7 @@ struct BranchPoint {
     Cycle cycle;
     std::vector<std::complex<double>> multipliers;
 
-    bool stable() const {
-        const auto inside = [](const auto& m) { return std::abs(m) < 1; };
-        const auto n = std::count_if(multipliers.begin(), multipliers.end(), inside);
-        // an autonomous system has one multiplier 1
-        const auto ones = std::count(multipliers.begin(), multipliers.end(), 1.0);
-        return n + std::min<std::ptrdiff_t>(ones, 1) == std::ptrdiff_t(multipliers.size());
-    }
+    bool stable(bool forced) const { return is_stable(multipliers, forced); }
 };
 
 /// A bifurcation that was located.
@@ -116,6 +108,7 @@ inline Branch joined(const Branch& backward, const Branch& forward) {
 }
 
 inline constexpr const char* closed = "the branch is closed: it comes back to its start";
+inline constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
 
 /// Beyond this no digit of the other multipliers is left, and few of the orbit's.
 inline constexpr double largest_multiplier = 1e12;
@@ -298,11 +291,12 @@ private:
         scale[scale.size() - 1] = high_ - low_;
         return scale;
     }
-    /// A place on the curve of the cycle's word; `like` orients the tangent.
-    std::optional<Place> place(const Cycle& c,
-                               const std::function<double(const Vector&)>& forward) {
+    /// A place on the curve of the cycle's word, its tangent such that `forward` of it is positive.
+    /// @param lengths  in which steps are measured; empty: the orbit's own
+    std::optional<Place> place(const Cycle& c, const std::function<double(const Vector&)>& forward,
+                               const Vector& lengths = {}) {
         auto shooting = std::make_shared<Shooting>(system_, c, std::array<int, 2>{parameter_, -1});
-        const Vector scale = scales(*shooting, c);
+        const Vector scale = lengths.size() > 0 ? lengths : scales(*shooting, c);
         Place p{*shooting,
                 Arclength([shooting](const Vector& z, Vector& F,
                                      Matrix& J) { return equations_of(*shooting)(z, F, J); },
@@ -357,14 +351,17 @@ private:
 
     /// One step, whatever it meets; false at the end of the branch.
     bool advance(Place& here, double& ds, Branch& branch) {
-        std::string trouble = "Newton's iteration does not converge";
+        static constexpr const char* diverges = "Newton's iteration does not converge";
+        std::string trouble = diverges;
         for (; ds >= settings_.min_step; ds /= 2) {
             Vector z = here.z;
             Matrix J;
             const Convergence c = here.curve.step(z, J, here.t, ds);
             branch.corrections += c.iterations;
-            if (!c.ok())
+            if (!c.ok()) {
+                trouble = trouble == detail::shrunk ? diverges : trouble;
                 continue;
+            }
             const Vector t = here.curve.tangent(J, here.t);
             if (!(t.dot(here.t) > 0.9))
                 continue;
@@ -373,6 +370,10 @@ private:
             const bool last = !(here.parameter_of(z) >= low_ && here.parameter_of(z) <= high_);
             if (last && !stop_at_bound(here, cycle, z, J, branch))
                 continue;
+            if (passes_equilibrium(here, cycle)) {
+                trouble = detail::shrunk;
+                continue;
+            }
             if (passes_start(here, cycle)) {
                 branch.points.push_back(point_of(start_));
                 branch.end = detail::closed;
@@ -409,13 +410,42 @@ private:
             here.z = z;
             here.t = t;
             here.entered.reset();
+            if (needs_phase(cycle))
+                renew_phase(here, cycle);
             if (c.iterations <= 3)
                 ds = std::min(1.5 * ds, settings_.max_step);
             return true;
         }
-        branch.status = Status::not_converged;
+        if (trouble != detail::shrunk)
+            branch.status = Status::not_converged;
         branch.end = trouble;
         return false;
+    }
+
+    /// True for an orbit without events of an autonomous system: its only node is where it passes
+    /// a plane.
+    bool needs_phase(const Cycle& c) const {
+        return !system_.forced() && c.word[0].until == Until::phase;
+    }
+    /// True if such an orbit is next to nothing, or has turned inside out since `here`: it shrinks
+    /// to an equilibrium, where the parameter turns as well (a Hopf bifurcation, and no fold).
+    bool passes_equilibrium(const Place& here, const Cycle& to) const {
+        if (!needs_phase(to))
+            return false;
+        const auto length = [this](const Cycle& c) {
+            return Vector(c.period * system_.field(c.word[0].mode, c.t[0], c.x[0], c.p));
+        };
+        const Vector now = length(to);
+        return now.norm() <= 1e-4 * here.curve.scale().head(now.size()).norm() ||
+               now.dot(length(here.shooting.unpack(here.z))) <= 0;
+    }
+    /// Puts the plane across the orbit that it is now: the one before may touch it further on,
+    /// which would look like a fold.
+    void renew_phase(Place& here, const Cycle& cycle) {
+        const Vector lengths = here.curve.scale(), before = here.t.cwiseQuotient(lengths);
+        const auto forward = [&](const Vector& dz) { return before.dot(dz); };
+        if (auto renewed = place(cycle, forward, lengths))
+            here = std::move(*renewed);
     }
 
     /// True if the step from `here` to a cycle of the same word goes through the start again.

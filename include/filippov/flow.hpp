@@ -364,7 +364,11 @@ private:
 
         const int j = stop.guard / 3;
         const Mode<M> before = segment_.mode();
+        alternatives_ = 0;
         if (stop.touch) {
+            contacts_ = slid_surfaces(before);
+            if (!contacts_.contains(j))
+                contacts_.add(j);
             log(before[j] == 0 ? EventKind::slide_extremum : EventKind::graze, j, before,
                 X(segment_.x()));
             segment_.enter(before);

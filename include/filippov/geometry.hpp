@@ -472,7 +472,7 @@ inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, con
                 return;
             for (const Equilibrium& known : found)
                 if (known.side == side && std::abs(known.value - z[d]) < 1e-9 * (high - low) &&
-                    (known.x - z.head(d)).norm() < 1e-7 * scale.norm())
+                    (known.x - z.head(d)).cwiseQuotient(scale.head(d)).norm() < 1e-7)
                     return;
             Equilibrium e;
             e.kind = Equilibrium::Kind::boundary;

@@ -215,7 +215,7 @@ struct TransitionSettings {
 /// Acts on (boundary, phase), two circles: at a phase the exit curve (h = 0, |s| = 1) has one point
 /// on either boundary, found by Newton from its neighbours, so the map is one-dimensional. Where
 /// the slide does not leave there but goes on, the map starts with this slide. Should a curve have
-/// several branches, it is the one nearest to the guess.
+/// several branches, it is the one nearest to the guess; images on another are undefined.
 /// @source chapter, section 4.5
 class TransitionMap {
 public:
@@ -313,11 +313,13 @@ private:
     }
     /// A first point of the curve: from the guess, and from around it.
     std::optional<Vector> search(int boundary, double t) const {
+        const double size = settings_.guess.norm() > 0 ? settings_.guess.norm() : 1.0;
         for (const double radius : {0.0, 0.1, 1.0, 10.0})
             for (int k = 0; k < 8; ++k) {
                 const double angle = turn * k / 8;
                 const Vector from =
-                    settings_.guess + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+                    settings_.guess +
+                    radius * size * Eigen::Vector2d(std::cos(angle), std::sin(angle));
                 if (const auto x = solve(boundary, t, from))
                     return x;
                 if (radius == 0)
@@ -398,6 +400,10 @@ private:
         const Journey journey = system_->journey(leg, p_, {});
         Image image = journey.status == Status::event ? arrived(*exit, journey, after)
                                                       : undefined(journey.status, journey.message);
+        if (image.ok() && !knows(image.to, journey.end.value.head(2)))
+            image = undefined(Status::not_converged,
+                              "The next slide ends on another branch of the exit curve; give a "
+                              "guess near it.");
         image.true_exit = exit->true_exit();
         image.word = journey.word;
         if (journey.status == Status::ok) {
@@ -407,6 +413,17 @@ private:
                                 : "No stick within max_periods forcing periods.";
         }
         return image;
+    }
+    /// True if the end of a slide is on the branch of the exit curve that was traced: there may be
+    /// several points at a phase.
+    bool knows(const Transition& at, const Vector& x) const {
+        const auto known = exit_point(at);
+        if (!known)
+            return false;
+        double size = 0;
+        for (const Vector& node : curve(at.boundary))
+            size = std::max(size, node.size() > 0 ? node.lpNorm<1>() : 0.0);
+        return (known->x - x).lpNorm<1>() <= 1e-6 * size;
     }
     Image arrived(const ExitPoint& exit, const Journey& journey, int after) const {
         Image image;

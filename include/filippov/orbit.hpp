@@ -490,6 +490,15 @@ inline std::vector<std::complex<double>> floquet(const AnySystem& system, const 
     return detail::sorted_multipliers(system, reduced);
 }
 
+/// True if all Floquet multipliers are inside the unit circle, but for the one of an autonomous
+/// system that is 1.
+inline bool is_stable(const std::vector<std::complex<double>>& multipliers, bool forced) {
+    std::ptrdiff_t inside = forced ? 0 : 1;
+    for (const auto& m : multipliers)
+        inside += std::abs(m) < 1;
+    return inside >= std::ptrdiff_t(multipliers.size());
+}
+
 /// A periodic orbit, or why there is none.
 struct Orbit {
     Cycle cycle;
@@ -501,12 +510,7 @@ struct Orbit {
     Status status = Status::not_converged;
     std::string message; ///< of a failure
 
-    bool stable(bool forced) const {
-        std::ptrdiff_t inside = forced ? 0 : 1; // an autonomous system has one multiplier 1
-        for (const auto& m : multipliers)
-            inside += std::abs(m) < 1;
-        return inside >= std::ptrdiff_t(multipliers.size());
-    }
+    bool stable(bool forced) const { return is_stable(multipliers, forced); }
 };
 
 namespace detail {
@@ -725,22 +729,26 @@ inline std::optional<Cycle> cycle_of(const History& run, double t0, const Vector
     return c;
 }
 
-/// The first events of an autonomous run that return: from event i to the first later one with the
-/// same change of mode and a state within `closeness` of it.
-inline std::optional<Cycle> recurrence_of(const History& run, std::size_t first, double closeness,
-                                          const Vector& p) {
+/// The first events of an autonomous run that return: from an event to the first later one with the
+/// same change of mode and each component within `closeness` of it, in units of its spread over the
+/// events, or but for rounding.
+inline std::optional<Cycle> recurrence_of(const History& run, double closeness, const Vector& p) {
     std::vector<const Happening*> changes;
     for (const Happening& e : run.events)
         if (e.before != e.after)
             changes.push_back(&e);
-    Vector size = Vector::Zero(run.x.size());
-    for (const Happening* e : changes)
-        size = size.cwiseMax(e->x.cwiseAbs());
-    for (std::size_t i = first; i < changes.size(); ++i)
+    Vector low = run.x, high = run.x;
+    for (const Happening* e : changes) {
+        low = low.cwiseMin(e->x);
+        high = high.cwiseMax(e->x);
+    }
+    const Vector allowed =
+        closeness * (high - low) + 1e-9 * low.cwiseAbs().cwiseMax(high.cwiseAbs());
+    for (std::size_t i = 0; i < changes.size(); ++i)
         for (std::size_t j = i + 1; j < changes.size(); ++j) {
             const Happening &a = *changes[i], &b = *changes[j];
             if (a.before != b.before || a.after != b.after || a.surface != b.surface ||
-                !((a.x - b.x).norm() <= closeness * size.norm()))
+                !((a.x - b.x).cwiseAbs().array() <= allowed.array()).all())
                 continue;
             Cycle c;
             c.p = p;
@@ -855,7 +863,7 @@ inline Orbit orbit_from(const AnySystem& system, const Vector& p, Vector x,
         found.message = window.message;
         if (window.status != Status::ok)
             return found;
-        if (const auto cycle = recurrence_of(window, 0, search.closeness, p))
+        if (const auto cycle = recurrence_of(window, search.closeness, p))
             return solve_shortest(system, *cycle);
         found.status = Status::not_converged;
         found.message = "no event returns in the window";
@@ -946,7 +954,7 @@ inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, con
         none.message = run.message;
         if (run.status != Status::ok)
             return none;
-        cycle = system.forced() ? cycle_of(run, t0, x, turns, p) : recurrence_of(run, 0, 0.1, p);
+        cycle = system.forced() ? cycle_of(run, t0, x, turns, p) : recurrence_of(run, 0.1, p);
         x = run.x;
     }
     if (!cycle) {

@@ -138,7 +138,8 @@ public:
         }
         // as an error that asks for a step in which growth is within bounds
         const S fast = growth_ * growth_ * growth_ * growth_ * growth_;
-        return std::max(std::max(error, defect) / S(N), growth_ > S(1) ? fast * fast : S(0));
+        const S larger = defect <= error ? error : defect; // NaN if one is
+        return std::max(larger / S(N), growth_ > S(1) ? fast * fast : S(0));
     }
 
     /// Finite only if every stage of the step is.

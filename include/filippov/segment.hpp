@@ -1047,7 +1047,7 @@ private:
             S dt = dt_;
             if (abs_(dt) > settings_.max_step)
                 dt = S(direction_) * settings_.max_step;
-            const bool cut = abs_(dt) > reach_;
+            const bool cut = !fixed && abs_(dt) > reach_;
             if (cut)
                 dt = S(direction_) * reach_;
             const bool last = S(direction_) * dt >= S(direction_) * remaining_ * (S(1) - S(1e-9));

@@ -7,6 +7,8 @@
 #include <filippov/system.hpp>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <optional>
 #include <random>
 
@@ -82,7 +84,7 @@ public:
     ///        switches itself
     void add_surface(Expr h) {
         const auto j = int(surfaces_.size());
-        surfaces_.push_back(h);
+        one_more(h);
         // sign(h) as the field has it: v exp(x) switches where v does
         const Expr s = graph_.unary(Op::sign, h);
         const bool turned = graph_[s].op == Op::neg;
@@ -115,10 +117,7 @@ public:
                 known_[u] = {int(j), *orientation};
                 return known_[u];
             }
-        if (surfaces_.size() == most_split_surfaces)
-            throw std::invalid_argument("filippov: the field switches on more than " +
-                                        std::to_string(most_split_surfaces) + " surfaces");
-        surfaces_.push_back(u);
+        one_more(u);
         known_[u] = {int(surfaces_.size()) - 1, graph_.constant(1)};
         return known_[u];
     }
@@ -126,32 +125,46 @@ public:
     /// An expression on the given sides of all surfaces.
     Expr on_sides(Expr e, std::span<const int> side) { return restricted(e, side); }
 
-    /// Points, and points on h = 0.
-    struct Points {
-        std::vector<Samples::Point> near, on;
+    /// A point on h = 0 to rounding, and two beside it, a hundred thousand times as far off.
+    struct OnSurface {
+        Samples::Point at;
+        std::array<Samples::Point, 2> beside;
     };
-    Points points_of(Expr h) {
-        Points points{{samples_.all().begin(), samples_.all().end()}, {}};
+    std::vector<OnSurface> points_on(Expr h) {
         std::vector<Expr> gradient;
-        for (std::size_t i = 0; i < points.near[0].x.size(); ++i)
+        for (std::size_t i = 0; i < samples_.all()[0].x.size(); ++i)
             gradient.push_back(graph_.derivative(h, graph_.state(int(i))));
         const Expr h_t = graph_.derivative(h, graph_.time());
-        for (Samples::Point point : points.near)
-            if (put_on(h, gradient, h_t, point))
-                points.on.push_back(std::move(point));
+        std::vector<OnSurface> points;
+        for (const Samples::Point& start : samples_.all())
+            if (auto found = put_on(h, gradient, h_t, start))
+                points.push_back(std::move(*found));
         return points;
     }
-    /// True if what is computed on both sides of a surface is equal on it, compared with how much
-    /// it differs elsewhere. Where nothing can be computed, no.
-    bool continuous(const Points& points, std::span<const Expr> f, std::span<const Expr> g) const {
-        std::size_t known = 0;
+    /// True if what is computed on both sides of a surface is equal on it: no further apart than
+    /// rounding of the values, or of the point. Where nothing can be computed, no.
+    bool continuous(std::span<const OnSurface> points, std::span<const Expr> f,
+                    std::span<const Expr> g) const {
         for (std::size_t i = 0; i < f.size(); ++i) {
             if (f[i] == g[i])
                 continue;
-            const double near = difference(points.near, f[i], g[i], known);
-            known = 0;
-            const double on = difference(points.on, f[i], g[i], known);
-            if (!(on <= 1e-11 * near) || known == 0)
+            bool known = false;
+            for (const OnSurface& point : points) {
+                const double a = value(f[i], point.at), b = value(g[i], point.at);
+                if (!std::isfinite(a - b))
+                    continue;
+                known = true;
+                // of a kink it is proportional to the distance at most
+                double beside = 0;
+                for (const Samples::Point& near : point.beside) {
+                    const double d = std::abs(value(f[i], near) - value(g[i], near));
+                    beside = std::isfinite(d) ? std::max(beside, d) : beside;
+                }
+                constexpr double noise = 64 * epsilon<double>;
+                if (!(std::abs(a - b) <= 1e-3 * beside + noise * (std::abs(a) + std::abs(b))))
+                    return false;
+            }
+            if (!known)
                 return false;
         }
         return true;
@@ -159,6 +172,13 @@ public:
 
 private:
     static constexpr int unknown = 0;
+
+    void one_more(Expr h) {
+        if (surfaces_.size() == most_split_surfaces)
+            throw std::invalid_argument("filippov: the field switches on more than " +
+                                        std::to_string(most_split_surfaces) + " surfaces");
+        surfaces_.push_back(h);
+    }
 
     void explore(std::span<const Expr> all, std::vector<int> side) {
         side.resize(surfaces_.size(), unknown);
@@ -249,41 +269,37 @@ private:
                                        : graph_.with_args(i, arg);
         });
     }
-    /// The largest difference of two expressions, of as many points as they are known at.
-    double difference(std::span<const Samples::Point> points, Expr f, Expr g,
-                      std::size_t& known) const {
-        double largest = 0;
-        for (const auto& point : points) {
-            const double d = std::abs(graph_.value(f, point.t, point.x, point.p) -
-                                      graph_.value(g, point.t, point.x, point.p));
-            known += std::isfinite(d);
-            largest = std::isfinite(d) ? std::max(largest, d) : largest;
-        }
-        return largest;
+    double value(Expr e, const Samples::Point& at) const {
+        return graph_.value(e, at.t, at.x, at.p);
     }
     /// Newton onto h = 0 along its gradient, or in time where there is none.
-    bool put_on(Expr h, std::span<const Expr> gradient, Expr h_t, Samples::Point& point) const {
+    std::optional<OnSurface> put_on(Expr h, std::span<const Expr> gradient, Expr h_t,
+                                    Samples::Point point) const {
         for (int k = 0; k < 50; ++k) {
-            const double value = graph_.value(h, point.t, point.x, point.p);
+            const double off = value(h, point), rate = value(h_t, point);
             std::vector<double> g;
             double norm = 0, rounding = 0;
             for (const Expr e : gradient) {
-                g.push_back(graph_.value(e, point.t, point.x, point.p));
+                g.push_back(value(e, point));
                 norm += g.back() * g.back();
                 rounding += std::abs(g.back()) * (1 + std::abs(point.x[g.size() - 1]));
             }
-            const double rate = graph_.value(h_t, point.t, point.x, point.p);
             rounding += std::abs(rate) * (1 + std::abs(point.t));
-            if (std::abs(value) <= 1e-14 * rounding)
-                return true;
-            if (!std::isfinite(value) || !(norm + std::abs(rate) > 0))
-                return false;
-            for (std::size_t i = 0; norm > 0 && i < g.size(); ++i)
-                point.x[i] -= value * g[i] / norm;
-            if (!(norm > 0))
-                point.t -= value / rate;
+            if (!std::isfinite(off) || !(norm + std::abs(rate) > 0))
+                return std::nullopt;
+            const auto moved = [&](double change) {
+                Samples::Point there = point;
+                for (std::size_t i = 0; norm > 0 && i < g.size(); ++i)
+                    there.x[i] += change * g[i] / norm;
+                if (!(norm > 0))
+                    there.t += change / rate;
+                return there;
+            };
+            if (std::abs(off) <= 1e-14 * rounding)
+                return OnSurface{point, {moved(-1e-9 * rounding), moved(1e-9 * rounding)}};
+            point = moved(-off);
         }
-        return false;
+        return std::nullopt;
     }
 
     Graph& graph_;
@@ -328,7 +344,7 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
     std::vector<std::size_t> kept;
     for (std::size_t j = 0; j < n; ++j) {
         bool changes = false, jumps = false;
-        std::optional<detail::Splitter::Points> points;
+        std::optional<std::vector<detail::Splitter::OnSurface>> points;
         for (unsigned code = 0; code < 1u << n; ++code) {
             const auto& below = all[code];
             const auto& above = all[code | (1u << j)];
@@ -336,7 +352,7 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
                 continue;
             changes = true;
             if (!points)
-                points = splitter.points_of(splitter.surfaces()[j]);
+                points = splitter.points_on(splitter.surfaces()[j]);
             jumps = jumps || !splitter.continuous(*points, below, above);
         }
         if (!changes) {

@@ -47,6 +47,10 @@ public:
             region.push_back(tape(f));
         for (const auto& after : d.jump)
             jump.push_back(tape(after));
+        if (d.layer.size() > std::size_t(most_split_surfaces))
+            throw std::invalid_argument("filippov: more than " +
+                                        std::to_string(most_split_surfaces) +
+                                        " switches are smoothed");
         for (const Expr u : d.layer) {
             std::vector<Expr> gradient;
             for (const Expr i : x)
@@ -202,6 +206,8 @@ public:
         : program_(std::move(program)), plane_(program_->plane) {
         if (exact ? components() != N : components() > N)
             throw std::invalid_argument("filippov: tapes of another number of components");
+        if (count() > M || given() + program_->n_derived() > P)
+            throw std::invalid_argument("filippov: tapes of more surfaces or parameters than fit");
     }
 
     std::shared_ptr<const TapeProgram> tapes() const { return program_; }

@@ -75,10 +75,6 @@ class SpecialPoint:
         return f"<{self.kind} at {where}: {words}; {self.status}>"
 
 
-_POINTS = ("word", "period", "turns", "stable", "multipliers", "x0", "events")
-_SCALARS = ("kind", "param", "node", "side", "word_before", "word_after", "conditions")
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch(Stored):
     """Result of `continuation`: one entry a point, in the order along the branch.

@@ -332,7 +332,7 @@ def cell_map(
         How long to wait for each event, as in `section_map`. A cell from which none comes in this
         time leads outside.
     method, rtol, atol, max_step, max_steps, max_events, on_nonunique, escape, threads, store
-        As in `ensemble`, for every cell.
+        As in `ensemble`, for every cell; with a `section` only rtol, atol, threads and store.
     tile : int, optional
         Cells of a tile, about: as many whole rows.
     progress : bool or function
@@ -368,6 +368,17 @@ def cell_map(
     work: CellMapWork | SectionWork
     if section is not None:
         one_surface(sys)
+        # these runs are made as those of `section_map`
+        for name, given, default in (
+            ("method", method, "dop853"),
+            ("max_step", max_step, math.inf),
+            ("max_steps", max_steps, 10_000_000),
+            ("max_events", max_events, 1_000_000),
+            ("on_nonunique", on_nonunique, "stop"),
+            ("escape", escape, None),
+        ):
+            if given is not default and given != default:
+                refuse(name, given, f"expected {default!r} with a section")
         of, longest = section_of(section, after, max_time, picture.period)
         work = SectionWork(sys, picture, run, of, longest, periods, threads or 0)
     else:

@@ -78,9 +78,16 @@ class Definition:
                 self._smoothing(),
             )
         except ValueError as error:
-            raise DefinitionError(str(error)) from None
+            raise DefinitionError(self._by_names(str(error))) from None
         full = replace(self, graph=found["graph"], h=found["h"], region=found["region"])
         return found["model"], full
+
+    def _by_names(self, message: str) -> str:
+        """Name the surface of which a message of the core speaks."""
+        for j, name in enumerate(self.surfaces):
+            if message == f"filippov: nothing changes at surface {j}":
+                return f"surface {name}: nothing changes there, the field does not switch at it"
+        return message
 
     def _smoothing(self) -> tuple[int, int, int] | None:
         """Law, and places of steepness and band among the parameters (-1: there is none)."""
@@ -173,10 +180,16 @@ class Recorder:
             "parameter",
         )
 
-    def record(self, function: Function, what: str, names: Sequence[str]) -> list[int]:
+    def record(
+        self,
+        function: Function,
+        what: str,
+        names: Sequence[str],
+        meaning: str = "the derivatives of",
+    ) -> list[int]:
         """Call a function of the state once; nodes of the numbers that it returns."""
         values = call(function, what, self.t, self.s, self.p)
-        return as_expressions(self.graph, values, len(names), what, names)
+        return as_expressions(self.graph, values, len(names), what, names, meaning)
 
     def formula(self, formula: object, what: str) -> int:
         """Node of one number, in text or as a function."""
@@ -288,10 +301,12 @@ def define(
             refuse(f"jumps[{key!r}]", pair, "expected a function f(t, s, p) behind h", TypeError)
         after[key] = (
             recorder.formula(h, f"jumps[{key!r}]"),
-            recorder.record(jump, f"jumps[{key!r}]", components),
+            recorder.record(jump, f"jumps[{key!r}]", components, "the state after the jump:"),
         )
     repeats = None
     if period is not None:
+        if isinstance(period, (int, float)) and not 0 < period < math.inf:
+            refuse("period", period, "expected > 0")
         of_p = (lambda t, s, p: period(p)) if callable(period) else period
         repeats = recorder.formula(of_p, "period")
         if recorder.graph.varies(repeats):

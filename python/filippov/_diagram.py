@@ -148,12 +148,14 @@ class Diagram(Stored):
     def __repr__(self) -> str:
         ends = Counter(self.status.tolist())
         failed = ", ".join(f"{count} {word}" for word, count in ends.items() if word != "ok")
+        empty = self.values.size - np.unique(self.param).size
+        without = f" ({empty} values have none)" if empty > 0 else ""
         low, high = self.values.min(), self.values.max()
         return (
             f"<Diagram of {self.system.name}, {' and '.join(self.section)}: "
             f"{self.values.size} values "
-            f"of {self.parameter} from {low:g} to {high:g}, {self.value.size} points; "
-            f"{failed or 'all ok'}>"
+            f"of {self.parameter} from {low:g} to {high:g}, {self.value.size} "
+            f"points{without}; {failed or 'all ok'}>"
         )
 
 

@@ -32,8 +32,6 @@ __all__ = ["Complexes", "Orbit", "OrbitError", "orbit_from", "periodic_orbit", "
 
 Complexes = NDArray[np.complex128]
 
-_ARRAYS = ("multipliers", "monodromy", "x0", "events")
-
 
 @runtime_checkable
 class FixedPoint(Protocol):

@@ -86,7 +86,7 @@ def plot_branch(
     branch: Branch, ax: Axes | None, y: str | None, artist_kw: dict[str, Any]
 ) -> list[Artist]:
     """Draw a branch over its parameter; see `Branch.plot`."""
-    ((name, values),) = branch.param.items()
+    (name,) = branch.param
     state = branch.system.state
     exits = branch.events[branch.events["kind"] == "exit_sliding"]
     phases = bool(np.isfinite(exits["phase"]).any())
@@ -105,7 +105,7 @@ def plot_branch(
             if stable in labelled:
                 style["label"] = None
             labelled.add(stable)
-            artists += ax.plot(values[a:b], curve, **style)
+            artists += ax.plot(*_pen_lifted(*_to_bifurcations(branch, y, a, b, curve), y), **style)
     for kind, marker in BIFURCATIONS.items():
         points = [point for point in branch.specials if point.kind == kind]
         where = [(point.param[name], at) for point in points for at in _heights(point, y)]
@@ -148,10 +148,47 @@ def _curves(branch: Branch, y: str, a: int, b: int) -> list[Floats]:
     for row in rows[1:]:  # the first exit after phase zero may become the last before it
         turned = [np.roll(row, k) for k in range(row.size)]
         followed.append(min(turned, key=lambda each: float(_apart(each, followed[-1]).sum())))
-    curves = np.array(followed).T
-    for curve in curves:
-        curve[np.flatnonzero(np.abs(np.diff(curve)) > np.pi)] = np.nan  # lifts the pen
-    return list(curves)
+    return list(np.array(followed).T)
+
+
+def _bifurcations_between(branch: Branch) -> dict[int, SpecialPoint]:
+    """Where the word changes from point i to the next: the bifurcation at which it does."""
+    changing = [point for point in branch.specials if point.word_before != point.word_after]
+    between = {}
+    for i in np.flatnonzero(branch.word[1:] != branch.word[:-1]):
+        while changing:  # both are in the order of the branch
+            point = changing.pop(0)
+            if point.word_after == branch.word[i + 1]:
+                between[int(i)] = point
+                break
+    return between
+
+
+def _to_bifurcations(
+    branch: Branch, y: str, a: int, b: int, curve: Floats
+) -> tuple[Floats, Floats]:
+    """Parameters and values of a stretch, drawn on to the bifurcations where its word changes."""
+    ((name, values),) = branch.param.items()
+    over, heights = list(values[a:b]), list(curve)
+    between = {} if y == "multiplier" else _bifurcations_between(branch)
+    for place, end, i in ((len(over), -1, b - 1), (0, 0, a - 1)):
+        if (point := between.get(i)) is None:
+            continue
+        found = _heights(point, y) + (_exit_phases(point.orbit) if y == "phase" else [])
+        if found:
+            at_end = heights[end]
+            nearest = min(found, key=lambda height: float(_apart(np.array(height), at_end)))
+            over.insert(place, point.param[name])
+            heights.insert(place, nearest)
+    return np.array(over), np.array(heights)
+
+
+def _pen_lifted(over: Floats, heights: Floats, y: str) -> tuple[Floats, Floats]:
+    """Interrupt a curve of phases where it leaves the picture and comes in on the other side."""
+    if y != "phase":
+        return over, heights
+    turns = np.flatnonzero(np.abs(np.diff(heights)) > np.pi) + 1
+    return np.insert(over, turns, np.nan), np.insert(heights, turns, np.nan)
 
 
 def _apart(a: Floats, b: Floats) -> Floats:
@@ -171,8 +208,15 @@ def _heights(point: SpecialPoint, y: str) -> list[float]:
         return [float(np.abs(point.multipliers).max())]
     if y != "phase":
         return [float(orbit.x0[orbit.system.state.index(y)])]
-    if point.node >= 0:
+    # at a switching-sliding bifurcation a slide begins; at the others one ends, or could
+    if point.node >= 0 and point.kind != "switching-sliding":
         return [point.phase]
+    return _exit_phases(orbit)
+
+
+def _exit_phases(orbit: Orbit) -> list[float]:
+    if not orbit.success:
+        return []
     return [float(v) for v in orbit.events["phase"][orbit.events["kind"] == "exit_sliding"]]
 
 

@@ -91,6 +91,18 @@ class Expression:
     def __invert__(self) -> Any:
         return 1 - self
 
+    # --- what Python would refuse without a word of what to write instead -------------------------
+
+    def __mod__(self, _other: object) -> NoReturn:
+        _integer_part()
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __mod__
+
+    def __xor__(self, _other: object) -> NoReturn:
+        raise DefinitionError("^ is no power here: write x**2 for the square of x")
+
+    __rxor__ = __xor__
+
     # --- what is not possible -------------------------------------------------------------------
 
     def __bool__(self) -> NoReturn:
@@ -223,8 +235,8 @@ def _hypot(a: Any, b: Any) -> Any:
 
 def _integer_part(*_: object) -> NoReturn:
     raise DefinitionError(
-        "floor, ceil, rint, fmod and the like switch at infinitely many places. Of a period of time"
-        " use np.sign(np.sin(omega*t)); write a few steps as np.where(x > 1, ..., ...)"
+        "%, //, floor, ceil, rint, fmod and the like switch at infinitely many places. Of a period"
+        " of time use np.sign(np.sin(omega*t)); write a few steps as np.where(x > 1, ..., ...)"
     )
 
 
@@ -612,10 +624,15 @@ class Numbers(np.ndarray):
 
 
 def as_expressions(
-    graph: _core.Graph, values: object, n: int, what: str, names: Sequence[str]
+    graph: _core.Graph,
+    values: object,
+    n: int,
+    what: str,
+    names: Sequence[str],
+    meaning: str = "the derivatives of",
 ) -> list[int]:
     """Nodes of what a function returned: n numbers."""
-    wanted = f"expected {n} number{'s' if n > 1 else ''}, the derivatives of {', '.join(names)}"
+    wanted = f"expected {n} number{'s' if n > 1 else ''}, {meaning} {', '.join(names)}"
     if isinstance(values, (Expression, numbers.Real)):
         values = (values,)
     if isinstance(values, np.ndarray):

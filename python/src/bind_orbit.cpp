@@ -239,7 +239,7 @@ py::dict branch_to_dict(const Model& model, const AnySystem& system, const Branc
             columns.add(system, point.cycle);
             multipliers.insert(multipliers.end(), point.multipliers.begin(),
                                point.multipliers.end());
-            stable.push_back(point.stable() ? 1 : 0);
+            stable.push_back(point.stable(system.forced()) ? 1 : 0);
         }
     }
     const auto n = py::ssize_t(line.points.size()), dim = py::ssize_t(model.facts().dim);

@@ -331,6 +331,30 @@ def test_plot_has_lines_for_stability_and_a_marker_a_kind(soft, hard):
     plt.close(figure)
 
 
+def test_lines_lead_to_their_bifurcations_and_are_lifted_where_phases_turn(hard, soft):
+    pytest.importorskip("matplotlib").use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots()
+    for branch in (hard, soft):
+        lines = [line for line in branch.plot(ax) if line.get_linestyle() != "None"]
+        over = np.concatenate([line.get_xdata() for line in lines])
+        for special in branch.specials:  # a word changes: both stretches reach it
+            sliding = [w for w in (special.word_before, special.word_after) if "0" in w]
+            if special.word_before != special.word_after:
+                assert np.count_nonzero(over == special.param["omega"]) >= len(sliding)
+        for line in lines:
+            x, y = line.get_data()
+            assert (np.isnan(x) == np.isnan(y)).all()
+            assert not (np.abs(np.diff(y)) > np.pi).any()
+    # a slide begins at a switching-sliding bifurcation: it is marked where that slide ends
+    (switching,) = hard.special["switching-sliding"]
+    mark = next(a for a in hard.plot(ax) if a.get_label() == "switching-sliding")
+    ends = switching.orbit.events[switching.orbit.events["kind"] == "exit_sliding"]["phase"]
+    assert mark.get_ydata().tolist() == ends.tolist()
+    plt.close(figure)
+
+
 def test_what_is_no_parameter_and_no_index_is_refused():
     orbit = fp.periodic_orbit(fp.models.oscillator, params={"A": 5, "omega": 1.72})
     with pytest.raises(TypeError, match="parameter = "):

@@ -177,6 +177,40 @@ def test_kinks_are_told_from_switches():
     assert dict(zip(system.switches, system.kinds, strict=True)) == {"x": "kink", "v": "switching"}
 
 
+STRIBECK = {
+    "recorded": lambda law, h: fp.system(state="x v")(
+        lambda t, s, p: (s.v, -2 * s.x + law(0.3 - s.v))
+    ),
+    "named": lambda law, h: fp.system(state="x v", surfaces={"belt": h})(
+        lambda t, s, p: (s.v, -2 * s.x + law(0.3 - s.v))
+    ),
+    "sides": lambda law, h: fp.System(
+        "x v",
+        fields={
+            "-": lambda t, s, p: (s.v, -2 * s.x + law(0.3 - s.v, 1)),
+            "+": lambda t, s, p: (s.v, -2 * s.x + law(0.3 - s.v, -1)),
+        },
+        switch=h,
+    ),
+}
+
+
+@pytest.mark.parametrize("written", STRIBECK)
+@pytest.mark.parametrize("speed", [0.02, 0.05, 0.2, 0.5, 2.0])
+def test_friction_that_falls_exponentially_jumps(written, speed):
+    # beyond its side the formula grows by exp(|u|/speed), where no solution goes
+    def law(u, sign=None):
+        sign = np.sign(u) if sign is None else sign
+        return sign * (0.5 + 0.5 * np.exp(-sign * u / speed))
+
+    block = STRIBECK[written](law, "v - 0.3")
+    assert block.kinds == ("switching",)
+    run = fp.simulate(block, [0, 0.3], (0, 3))
+    assert run.mode[0] == 0  # it sticks
+    assert run.events["kind"].tolist()[:2] == ["start", "exit_sliding"]
+    assert run.events["x_right"][1][0] == pytest.approx(0.5, abs=1e-12)  # 2 x = 1
+
+
 @pytest.mark.parametrize(
     "force",
     [
@@ -343,6 +377,9 @@ BOOK = {
     "unequal": (lambda t, s, p: (s.v, (s.v != 0) * 1), {}, "for no time"),
     "floor": (lambda t, s, p: (s.v, np.floor(s.x)), {}, "infinitely many"),
     "modulo": (lambda t, s, p: (s.v, np.mod(t, 1.0)), {}, "infinitely many"),
+    "percent": (lambda t, s, p: (s.v, t % 1.0), {}, "infinitely many"),
+    "slashes": (lambda t, s, p: (s.v, 1.0 // s.x), {}, "infinitely many"),
+    "caret": (lambda t, s, p: (s.v, s.x ^ 2), {}, "no power here"),
     "arctan2": (lambda t, s, p: (s.v, np.arctan2(s.x, s.v)), {}, "arctan2"),
     "gamma": (lambda t, s, p: (s.v, np.sinc(s.x)), {}, "sinc|not known"),
     "writing into an array": (writing, {}, "numpy's functions"),

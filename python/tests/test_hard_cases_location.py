@@ -49,6 +49,7 @@ def test_h1_a_touch_is_a_graze_at_the_extremum(method, tol):
     # some ten steps, each with an error of tol; x' = 0 gives the time of the extremum as well
     assert touch["t"] == close(math.pi / 2, 100 * tol)
     assert (touch["mode_before"], touch["mode_after"], touch["surface"]) == (-1, -1, 0)
+    assert (touch["contacts"], touch["alternatives"]) == (0b1, 0)
     assert run.y[:, -1] == close([math.sin(3), math.cos(3)], 100 * tol)
 
 

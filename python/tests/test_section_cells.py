@@ -100,5 +100,8 @@ def test_wrong_sections_are_refused():
         fp.cell_map(BLOCK, {"y": (-1, 1, 3), "v": (-1, 0.9, 3)}, after=1)
     with pytest.raises(ValueError, match="max_time"):
         mapped(max_time=float("nan"))
+    for unused in ({"method": "dopri5"}, {"max_steps": 7}, {"escape": 5.0}, {"max_step": 0.1}):
+        with pytest.raises(ValueError, match="with a section"):
+            mapped(**unused)
     with pytest.raises(ValueError, match="expected a System with a period"):
         fp.cell_map(fp.models.relay, {"x2": (-1, 1, 3), "x3": (-1, 1, 3)})

@@ -196,6 +196,16 @@ def test_magnitudes_are_no_switches():
         fp.smoothed(drag)
 
 
+def test_at_most_eight_switches_are_smoothed():
+    @fp.system(state="x v")
+    def steps(t, s, p):  # one surface, ten arguments of sign
+        return s.v, -s.x - sum(np.sign(k * s.x + k * s.v) for k in range(1, 11))
+
+    assert steps.kinds == ("switching",)
+    with pytest.raises(ValueError, match="more than 8 switches are smoothed"):
+        fp.smoothed(steps)
+
+
 def test_what_would_help_is_said():
     run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40), max_steps=1000, dense_output=False)
     assert run.status == "max_steps"
