@@ -43,14 +43,14 @@ double residual(const SpecialPoint& s, const std::string& name) {
     return 0;
 }
 
-/// A circle of radius sqrt(mu) about (c, 0), far from where anything switches.
+/// A circle of radius sqrt(mu) about (c, d), far from where anything switches.
 struct Circle {
     static constexpr int dim = 2;
-    static constexpr std::array<std::string_view, 2> params{"mu", "c"};
-    static constexpr std::array<double, 2> defaults{1, 0};
+    static constexpr std::array<std::string_view, 3> params{"mu", "c", "d"};
+    static constexpr std::array<double, 3> defaults{1, 0, 0};
     template <Scalar S>
     State<Circle, S> f1(const S&, const State<Circle, S>& x, const Params<Circle, S>& p) const {
-        const S u = x[0] - p[1], v = x[1], growth = p[0] - u * u - v * v;
+        const S u = x[0] - p[1], v = x[1] - p[2], growth = p[0] - u * u - v * v;
         return {growth * u - v, growth * v + u};
     }
     template <Scalar S>
@@ -265,13 +265,15 @@ TEST_CASE("branch: A and -A are one orbit half a period apart", "[branch]") {
 }
 
 TEST_CASE("branch: an orbit without events that moves away from where it was", "[branch]") {
-    const Branch branch = trace_circle(1, -5, 5);
+    const int parameter = GENERATE(1, 2); // along the plane in which the node moves, and across
+    const Branch branch = trace_circle(parameter, -5, 5);
     CHECK(branch.status == Status::ok);
     CHECK(branch.begin == "bound of the parameter");
     CHECK(branch.end == "bound of the parameter");
     CHECK(branch.special.empty());
+    CHECK(branch.points.size() < 500);
     for (const BranchPoint& point : branch.points) {
-        const Vector x = point.cycle.x[0] - point.cycle.p[1] * Vector::Unit(2, 0);
+        const Vector x = point.cycle.x[0] - point.cycle.p.tail(2);
         CHECK(x.norm() == Approx(1).epsilon(1e-9));
         CHECK(point.cycle.period == Approx(2 * std::acos(-1.0)).epsilon(1e-9));
     }

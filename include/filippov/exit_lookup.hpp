@@ -26,6 +26,8 @@ public:
             for (int k = 0; k < n; ++k) {
                 const auto e = map.exit_point({boundary, k * width});
                 Node& node = nodes_[circle(boundary)][std::size_t(k)];
+                if (e)
+                    size_ = std::max(size_, e->x.lpNorm<1>());
                 for (int i = 0; e && i < 2; ++i) {
                     node.x[std::size_t(i)] = e->x[i];
                     node.slope[std::size_t(i)] = e->rate[i] * map.period() / n;
@@ -39,15 +41,14 @@ public:
         const auto k = std::min(std::size_t(at.phase / width), std::size_t(n - 1));
         const Node &a = nodes[k], &b = nodes[(k + 1) % n];
         const double u = at.phase / width - double(k), v = 1 - u;
-        double apart = 0, size = 1;
+        double apart = 0;
         for (std::size_t i = 0; i < 2; ++i) {
             const double rise = b.x[i] - a.x[i];
             const double on =
                 a.x[i] + v * v * u * a.slope[i] + u * u * ((1 + 2 * v) * rise - v * b.slope[i]);
             apart += std::abs(x[i] - on);
-            size += std::abs(on);
         }
-        return apart <= 1e-6 * size;
+        return apart <= 1e-6 * size_;
     }
 
 private:
@@ -58,6 +59,7 @@ private:
         std::array<double, 2> x{nan, nan}, slope{nan, nan}; ///< by u = phase / width
     };
     std::array<std::array<Node, std::size_t(n)>, 2> nodes_;
+    double size_ = 0; ///< of the points, at most
 };
 
 /// The quotient of a picture, if it is to be used and applies.

@@ -253,6 +253,17 @@ public:
         return x ? std::optional(describe(at.boundary, time_of(phase), *x)) : std::nullopt;
     }
 
+    /// True if the end of a slide is on the branch of the exit curve that was traced: there may be
+    /// several points at a phase.
+    bool knows(const Transition& at, const Vector& x) const {
+        const auto known = exit_point(at);
+        if (!known)
+            return false;
+        double size = 0;
+        for (const Vector& node : curve(at.boundary))
+            size = std::max(size, node.size() > 0 ? node.lpNorm<1>() : 0.0);
+        return (known->x - x).lpNorm<1>() <= 1e-6 * size;
+    }
     /// P_trans^iterate.
     Image operator()(const Transition& from, int iterate = 1) const {
         Image total;
@@ -413,17 +424,6 @@ private:
                                 : "No stick within max_periods forcing periods.";
         }
         return image;
-    }
-    /// True if the end of a slide is on the branch of the exit curve that was traced: there may be
-    /// several points at a phase.
-    bool knows(const Transition& at, const Vector& x) const {
-        const auto known = exit_point(at);
-        if (!known)
-            return false;
-        double size = 0;
-        for (const Vector& node : curve(at.boundary))
-            size = std::max(size, node.size() > 0 ? node.lpNorm<1>() : 0.0);
-        return (known->x - x).lpNorm<1>() <= 1e-6 * size;
     }
     Image arrived(const ExitPoint& exit, const Journey& journey, int after) const {
         Image image;

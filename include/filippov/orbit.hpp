@@ -95,8 +95,10 @@ public:
     /// and for parameters their size.
     Vector scales(const Cycle& c) const {
         Vector size = Vector::Constant(dim_, std::numeric_limits<double>::min());
-        // A component may be zero at all events: then what a field makes of it in a while counts.
-        const double while_ = 1e-3 * std::abs(c.period);
+        // A component may be zero at all events: then what a field makes of it in a while counts,
+        // and in a longer one where there is no event, but one point of the orbit.
+        const bool one_point = c.word[0].until == Until::phase;
+        const double while_ = (one_point ? 0.1 : 1e-3) * std::abs(c.period);
         for (std::size_t i = 0; i < c.size(); ++i) {
             size = size.cwiseMax(c.x[i].cwiseAbs());
             for (const int mode : modes_beside(c, i)) {

@@ -317,8 +317,7 @@ inline std::string lack_of_exits(const TransitionMap& map, double periods) {
             if (e.kind != EventKind::exit_sliding)
                 continue;
             ++exits;
-            const auto exit = map.exit_point({e.after, e.t / T * TransitionMap::turn});
-            if (!exit || !((exit->x - e.x).norm() <= 1e-6 * (1 + e.x.norm())))
+            if (!map.knows({e.after, e.t / T * TransitionMap::turn}, e.x))
                 return "A slide ended beside the exit curve that was found, at t = " +
                        std::to_string(e.t) + ": the curve has another branch.";
         }
