@@ -174,7 +174,9 @@ private:
         if (here.status == there.status && x == here.x &&
             here.counters.steps == there.counters.steps)
             ++units.same;
-        else if (here.status == there.status && off <= 1e-12 * (1 + size))
+        else if (here.status == there.status &&
+                 off <=
+                     std::max(1e-12 * (1 + size), 10 * made_of_an_ulp<Tableau>(here.x, tolerance)))
             ++units.close;
         else {
             ++units.other;
@@ -183,6 +185,27 @@ private:
                 digits("%.0e", tolerance) + ": other units, off by " + digits("%.1e", off) + ", " +
                 std::string(name(here.status)) + " and " + std::string(name(there.status)));
         }
+    }
+
+    /// What an ulp at the start makes of the end, in units of the state: rounding may change the
+    /// length of a step, and the end by a part of the tolerance.
+    template <class Tableau>
+    double made_of_an_ulp(const Vec<double, N>& end, double tolerance) const {
+        double most = 0;
+        for (int k = 0; k < 1 << N; ++k) {
+            const Vec<double, N> x =
+                by_flow<Tableau>(problem_, nudged(problem_.x0, std::uint64_t(k)), problem_.t0,
+                                 problem_.t_end, tolerance)
+                    .x;
+            most = std::max(most, (x - end).cwiseQuotient(problem_.size).cwiseAbs().maxCoeff());
+        }
+        return most;
+    }
+    /// Moved by an ulp in each component, this way or that by the bits of `ways`.
+    static Vec<double, N> nudged(Vec<double, N> x, std::uint64_t ways) {
+        for (int i = 0; i < N; ++i)
+            x[i] = std::nextafter(x[i], (ways >> i) % 2 ? 1e300 : -1e300);
+        return x;
     }
 
     template <class Judge>
@@ -194,10 +217,7 @@ private:
         };
         one(DormandPrince5{}, "dopri5", x0);
         one(DormandPrince8{}, "dop853", x0);
-        Vec<double, N> nudged; // one ulp this way or that: the same solution
-        for (int i = 0; i < N; ++i)
-            nudged[i] = std::nextafter(x0[i], (number_ >> i) % 2 ? 1e300 : -1e300);
-        one(DormandPrince8{}, "dop853 ulp", nudged);
+        one(DormandPrince8{}, "dop853 ulp", nudged(x0, number_)); // the same solution
         if constexpr (M == 1) {
             if (tolerance >= 1e-10)
                 one(Rodas5P{}, "rodas5p", x0);

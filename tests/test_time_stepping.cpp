@@ -151,6 +151,27 @@ TEST_CASE("time_stepping: P1 comes to rest and stays there to the last bit", "[t
     CHECK_THAT(0.4 * r.s.back()[0], WithinAbs(-r.x.back()[0], 1e-12));
 }
 
+TEST_CASE("time_stepping: the unit of the state does not matter", "[time_stepping]") {
+    // all of P1 that has a length: the start and the friction
+    const auto run = [](double unit, double theta) {
+        auto p = default_params<models::Coulomb>();
+        p[0] *= unit;
+        return time_stepping(Blended<models::Coulomb>{}, p, Vec<double, 2>(3 * unit, 0), 0.0, 40.0,
+                             {.steps = 4'000, .theta = theta});
+    };
+    for (const double theta : {1.0, 0.5}) {
+        const auto here = run(1, theta);
+        REQUIRE(here.status == Status::ok);
+        for (const double unit : {0x1p-60, 0x1p-30, 0x1p40}) {
+            const auto there = run(unit, theta);
+            REQUIRE(there.status == Status::ok);
+            CHECK(there.newtons == here.newtons);
+            for (std::size_t i = 0; i < here.x.size(); ++i)
+                REQUIRE(there.x[i] == unit * here.x[i]);
+        }
+    }
+}
+
 TEST_CASE("time_stepping: events that accumulate are harmless", "[time_stepping]") {
     // from (0, 1): at rest in (0, 0) from t = 1/2 on, after infinitely many crossings
     const auto r = time_stepping(Spiral{}, Vec<double, 0>{}, Vec<double, 2>(0, 1), 0.0, 1.0,

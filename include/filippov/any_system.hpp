@@ -215,13 +215,13 @@ inline void require_one_surface(const AnySystem& system) {
     if (system.surfaces() != 1)
         refuse("surfaces", system.surfaces(), "expected 1");
     if (system.kinds()[0] != SurfaceKind::switching)
-        throw std::invalid_argument("filippov: kinds: expected one switching surface");
+        throw std::invalid_argument("filippov: system: expected one switching surface");
 }
 /// @error std::invalid_argument for a system whose state jumps
 inline void refuse_jumps(const AnySystem& system) {
     const auto kinds = system.kinds();
     if (std::find(kinds.begin(), kinds.end(), SurfaceKind::jump) != kinds.end())
-        throw std::invalid_argument("filippov: kinds: expected no jumps of the state");
+        throw std::invalid_argument("filippov: system: expected no jumps of the state");
 }
 
 /// Steps of an arc. One that takes more leads far from the orbit that is looked for.

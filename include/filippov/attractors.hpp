@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filippov/labels.hpp>
+#include <filippov/statistics.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -314,7 +315,7 @@ private:
             return v;
         }
         for (int i = 0; i < dim; ++i)
-            v[i] = double(random() >> 11) * 0x1p-52 - 1;
+            v[i] = 2 * uniform(random) - 1;
         return v.norm() > 1e-3 ? Vector(v.normalized()) : Vector(Vector::Unit(dim, 0));
     }
 

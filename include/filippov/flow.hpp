@@ -741,6 +741,7 @@ private:
 ///                  else is a Status
 template <class Tableau = DormandPrince5, class Sys, std::floating_point S, class Obs,
           class Sec = Sections<>>
+    requires Observer<Obs, S, dim_v<Sys>, surfaces_v<Sys>>
 FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
 flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S, dim_v<Sys>>& x0,
      std::type_identity_t<S> t0, std::type_identity_t<S> t_end,

@@ -6,7 +6,6 @@
 #include <filippov/maps.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -299,7 +298,7 @@ inline SlidingBoundary sliding_boundary(const AnySystem& system, int side, const
     detail::require_point(system, 0, near, p);
     detail::require_positive("n", n);
     const double T = detail::require_period(system, p).value;
-    const Vector scale = near.cwiseAbs().cwiseMax(1e-3 * std::max(1.0, near.norm()));
+    const Vector scale = near.cwiseAbs().cwiseMax(1e-3 * (near.norm() > 0 ? near.norm() : 1.0));
     const detail::BoundaryPoint point = [&](double t, Vector& x) {
         return detail::least_newton(detail::tangency_equations(system, side, t, p), x, scale);
     };

@@ -314,10 +314,10 @@ private:
         slot.slides += end.slides;
         slot.mode = static_cast<signed char>(end.mode);
         slot.before = Slot::none;
-        if (end.status != Status::ok)
-            return finish(s, end.status);
         if (population_.beyond(end.x))
             return finish(s, Status::escaped);
+        if (end.status != Status::ok)
+            return finish(s, end.status);
         if (!last || reach_end(s))
             pool_.push(s, Task::start);
     }

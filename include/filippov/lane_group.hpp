@@ -5,7 +5,6 @@
 #include <filippov/lanes.hpp>
 #include <filippov/system.hpp>
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>

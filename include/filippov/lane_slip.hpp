@@ -193,7 +193,7 @@ private:
         return switching(sys_, t, x, p)[0];
     }
 
-    /// As Segment::estimate_first_step does, with a coarser power.
+    /// As the first step of a segment, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
         const X size = scale(run_.settings, x);
         const T d0 = mean_square(x, size), d1 = mean_square(f, size);

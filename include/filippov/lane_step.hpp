@@ -9,7 +9,6 @@
 #include <filippov/runge_kutta.hpp>
 #include <filippov/settings.hpp>
 
-#include <cmath>
 #include <limits>
 
 namespace filippov::lanes {

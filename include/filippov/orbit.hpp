@@ -606,17 +606,12 @@ inline bool is_solution(const AnySystem& system, const Orbit& orbit) {
     const Cycle& c = orbit.cycle;
     const double t = orbit.t_start;
     const History turn = system.run(t, orbit.x_start, t + c.period, c.p);
-    Vector size = Vector::Zero(system.dim());
-    for (const Vector& x : c.x)
-        size = size.cwiseMax((x - orbit.x_start).cwiseAbs());
-    if (c.size() == 1)
-        size = orbit.x_start.cwiseAbs();
+    const Vector scale = Shooting(system, c).scales(c).head(system.dim());
     double growth = 1;
     for (const auto& m : orbit.multipliers)
         growth = std::max(growth, std::abs(m));
-    const double allowed = (1e4 * system.rtol() + 1e-8) * growth * size.norm();
-    return turn.status == Status::ok &&
-           (turn.x - orbit.x_start).norm() <= allowed + 1e-12 * orbit.x_start.norm();
+    return turn.status == Status::ok && (turn.x - orbit.x_start).cwiseQuotient(scale).norm() <=
+                                            (1e4 * system.rtol() + 1e-8) * growth;
 }
 
 } // namespace detail
@@ -629,10 +624,14 @@ inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
     const auto e = shooting.evaluate(shooting.pack(cycle));
     if (e.status != Status::ok || !e.F.allFinite() || !e.J.allFinite())
         return c;
+    // Unknowns and equations in units of their own: what is singular has no unit.
+    Matrix J = e.J * shooting.scales(cycle).asDiagonal();
+    const Vector size = J.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
+    J = size.cwiseInverse().asDiagonal() * J;
     Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
     solver.setThreshold(1e-6);
-    solver.compute(e.J * shooting.scales(cycle).asDiagonal());
-    c.step = solver.solve(e.F).norm();
+    solver.compute(J);
+    c.step = solver.solve(e.F.cwiseQuotient(size)).norm();
     if (c.step < 1e-9)
         c.status = Status::ok;
     return c;

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <utility>
 
 #ifdef _OPENMP
 #include <omp.h>

@@ -93,7 +93,7 @@ public:
     bool same_params = false;  ///< all members have the same parameters
     bool ends_at_exit = false; ///< the first exit from a slide ends a member, with status `event`
     /// A member of which a component is larger than this has escaped: looked at after steps in
-    /// lanes, else where a leg ends.
+    /// lanes, else where a leg or the run ends.
     Vec<double, N> escape = Vec<double, N>::Constant(std::numeric_limits<double>::infinity());
 };
 

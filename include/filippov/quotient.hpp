@@ -5,6 +5,7 @@
 
 #include <filippov/exit_attractors.hpp>
 #include <filippov/exit_ends.hpp>
+#include <filippov/statistics.hpp>
 
 #include <random>
 #include <set>
@@ -35,9 +36,6 @@ public:
     }
 
 private:
-    /// 53 bits of the generator: the same on every platform.
-    double uniform() { return double(random_() >> 11) * 0x1p-53; }
-
     void make_basins() {
         make_intervals();
         EndSolver(search_, raw_).run();
@@ -62,7 +60,7 @@ private:
         const Fate f = search_.fate({boundary, begin + (end - begin) / 2});
         BasinInterval interval{boundary, begin, end, f.attractor, f.residue, f.status};
         for (int k = 0; k < 8 && end - begin > 1e2 * ExitSearch::finest; ++k) {
-            const double phase = begin + (end - begin) * (0.01 + 0.98 * uniform());
+            const double phase = begin + (end - begin) * (0.01 + 0.98 * uniform(random_));
             const Fate other = search_.fate({boundary, phase});
             if (other.attractor != f.attractor || other.status != f.status)
                 interval.attractor = 0;
@@ -193,8 +191,8 @@ private:
     }
     void audit() {
         for (int k = 0; k < search_.settings.audits && found_.status != Status::interrupted; ++k) {
-            const int boundary = uniform() < 0.5 ? -1 : 1;
-            const Transition at{boundary, turn * uniform()};
+            const int boundary = uniform(random_) < 0.5 ? -1 : 1;
+            const Transition at{boundary, turn * uniform(random_)};
             const Fate f = search_.follow(at);
             ExitLabel label;
             label.attractor = f.attractor;

@@ -4,6 +4,7 @@
 
 #include <filippov/cells.hpp>
 #include <filippov/settings.hpp>
+#include <filippov/statistics.hpp>
 #include <filippov/status.hpp>
 
 #include <algorithm>
@@ -478,15 +479,13 @@ private:
         if (inner.empty() || settings_.audit == 0)
             return;
         std::mt19937_64 random(settings_.seed);
-        // Not the library's distributions: their numbers differ between platforms.
-        const auto unit = [&] { return double(random() >> 11) * 0x1p-53; };
         std::vector<std::array<double, 2>> points;
         std::vector<std::int32_t> expected;
         for (int m = 0; m < settings_.audit; ++m) {
-            const auto at = static_cast<std::int64_t>(unit() * double(area));
+            const auto at = static_cast<std::int64_t>(uniform(random) * double(area));
             const auto k = std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin();
             const Leaf& leaf = tree()[inner[static_cast<std::size_t>(k)]];
-            const double u = unit(), v = unit();
+            const double u = uniform(random), v = uniform(random);
             points.push_back(picture_.point(leaf, u, v));
             expected.push_back(leaf.label.label);
         }

@@ -6,7 +6,6 @@
 #include <filippov/settings.hpp>
 #include <filippov/smooth_law.hpp>
 
-#include <cmath>
 #include <limits>
 
 namespace filippov {

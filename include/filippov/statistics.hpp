@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lines through points, and spreads.
+// Lines through points, spreads, and random numbers.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <random>
 #include <span>
 
 namespace filippov {
@@ -13,6 +14,11 @@ namespace filippov {
 namespace detail {
 
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// In [0, 1), the same numbers on every platform, which a standard distribution does not promise.
+inline double uniform(std::mt19937_64& random) {
+    return static_cast<double>(random() >> 11) * 0x1p-53;
+}
 
 /// A line through weighted points.
 struct Line {

@@ -193,17 +193,25 @@ private:
             x -= change.head(n_);
             for (int a = 0; a < k; ++a)
                 s[slid[std::size_t(a)]] -= change[n_ + a];
-            const double size = change.cwiseAbs().maxCoeff();
+            const double size = std::max(change.head(n_).cwiseAbs().maxCoeff() / size_of(x, dt),
+                                         k > 0 ? change.tail(k).cwiseAbs().maxCoeff() : 0.0);
             if (!(size < std::numeric_limits<double>::infinity()))
                 return false;
-            const double scale = 1 + x.cwiseAbs().maxCoeff();
             // converged: below rounding's reach, or no longer falling near it
-            if (size <= 4e-16 * scale || (size <= 1e-11 * scale && size >= last / 2))
+            if (size <= 4e-16 || (size <= 1e-11 && size >= last / 2))
                 return accept(t1, x, s);
             last = size;
         }
         return false;
     }
+    /// How large the state is, and what a step makes of it; s is 1 at most.
+    double size_of(const X& x, double dt) const {
+        const double field =
+            std::max(at_.f.cwiseAbs().maxCoeff(), m_ > 0 ? at_.f_s.cwiseAbs().maxCoeff() : 0.0);
+        return std::max({x.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff(), std::abs(dt) * field,
+                         std::numeric_limits<double>::min()});
+    }
+
     bool accept(double t1, const X& x, const U& s) {
         blend_.at(t1, x, s, at_);
         constexpr double slack = 1e-12;

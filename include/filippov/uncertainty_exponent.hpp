@@ -98,11 +98,6 @@ concept Labeller =
 
 namespace detail {
 
-/// In [0, 1), the same numbers on every platform, which a standard distribution does not promise.
-inline double uniform(std::mt19937_64& random) {
-    return static_cast<double>(random() >> 11) * 0x1p-53;
-}
-
 inline void require_pairs(const std::array<double, 2>& low, const std::array<double, 2>& high,
                           std::span<const double> epsilons, long long n) {
     constexpr double inf = std::numeric_limits<double>::infinity();

@@ -68,6 +68,9 @@ class Saddle:
         """Forcing periods of the cycle."""
         return int(self.points.shape[1])
 
+    def __repr__(self) -> str:
+        return f"<Saddle: period {self.period}, {_first_point(self)}>"
+
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
@@ -89,6 +92,17 @@ class Attractor:
     def period(self) -> int | None:
         """Forcing periods of the cycle, None if there is none."""
         return int(self.points.shape[1]) if self.periodic else None
+
+    def __repr__(self) -> str:
+        if not self.periodic:
+            return f"<Attractor: not periodic, {self.points.shape[1]} points kept>"
+        return f"<Attractor: period {self.period}, {_first_point(self)}>"
+
+
+def _first_point(cycle: Saddle | Attractor) -> str:
+    """Write down where a cycle is, and how it attracts."""
+    sizes = ", ".join(f"{abs(m):.4g}" for m in cycle.multipliers)
+    return f"at {np.array2string(cycle.points[:, 0], separator=', ')}, |multipliers| {sizes}"
 
 
 @dataclass(frozen=True, eq=False)

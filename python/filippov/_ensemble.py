@@ -249,8 +249,8 @@ def ensemble(
     first_step : float, optional
         As in `simulate`.
     escape : float or array, shape (dim,), optional
-        A member of which a component is larger than this, in size, after a step ends with status
-        "escaped".
+        A member of which a component is larger than this, in size, ends with status "escaped":
+        looked at after steps in lanes, else where its run ends.
     threads : int, optional
         At most so many; by default as many as OpenMP takes by itself.
     store : path, optional

@@ -249,10 +249,11 @@ def event_map(
     KeyboardInterrupt
         Within a fraction of a second of Ctrl-C; its attribute `event_map` has what was finished.
     """
+    expected = "expected a forced planar System with one switching surface"
     if not isinstance(sys, System):
-        refuse("sys", sys, "expected a forced planar System with one surface", TypeError)
-    if sys.dim != 2 or sys.surfaces != 1 or "period" not in sys.capabilities:
-        refuse("sys", sys.name, "expected a forced planar System with one surface")
+        refuse("sys", sys, expected, TypeError)
+    if sys.dim != 2 or sys.kinds != ("switching",) or "period" not in sys.capabilities:
+        refuse("sys", sys.name, expected)
     if "s_max" in sys.capabilities:
         refuse("sys", sys.name, "expected a system without static friction")
     iterate = integer("iterate", iterate)

@@ -52,6 +52,19 @@ class Mapped(Stored):
     system: System
     params: Params
 
+    def __repr__(self) -> str:
+        if isinstance(self.status, tuple):
+            missed = sum(status != Status.ok for status in self.status)
+            without = f", {missed} without an image" if missed else ""
+            return f"<Mapped of {self.system.name}: {len(self.status)} starts{without}>"
+        if self.status != Status.ok:
+            return f"<Mapped of {self.system.name}: {self.status}: {self.message}>"
+        singular = ", singular" if self.singular else ""
+        return (
+            f"<Mapped of {self.system.name}: x {np.array2string(self.x, separator=', ')}, "
+            f"t {self.t:.9g}, word {self.word}{singular}>"
+        )
+
     def to_xarray(self) -> xr.Dataset:
         """Give the images as an `xarray.Dataset` with dimensions `state` and, of many, `start`.
 

@@ -148,6 +148,12 @@ def test_arguments_that_make_no_sense_are_refused():
         fp.basins(OSCILLATOR, picture(4), distance=-1.0)
 
 
+def test_repr_of_a_cycle_says_where_it_is(seed):
+    assert repr(seed.attractors[0]).startswith("<Attractor: period 1, at [")
+    assert repr(seed.saddles[0]).startswith("<Saddle: period 1, at [")
+    assert "\n" not in repr(seed.attractors[0]) + repr(seed.saddles[0])
+
+
 def test_the_audit_is_told_where_it_disagrees(seed):
     assert "disagree" not in repr(seed)
     doubtful = dataclasses.replace(seed, audited=500, disagreements=3)

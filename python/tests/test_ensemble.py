@@ -62,6 +62,19 @@ def test_a_member_that_fails_spoils_no_other():
 def test_members_escape():
     ends = fp.ensemble(OSCILLATOR, [[0.0, 50.0], [0.0, 0.0]], (0.0, 50.0), escape=[20.0, 100.0])
     assert ends.status.tolist() == ["ok", "escaped"]
+
+
+def test_a_member_that_fails_beyond_its_bounds_has_escaped():
+    # w is infinite at t = 1, and with jumps there are no lanes: bounds are looked at in the end
+    @fp.system(state="x v w", jumps={"ground": ("x", lambda t, s, p: (s.x, -s.v, s.w))})
+    def ball(t, s, p):
+        return s.v, -1.0, s.w**2
+
+    start = [1.0, 0.0, 1.0]
+    assert fp.ensemble(ball, start, (0.0, 2.0)).status.item() not in ("ok", "escaped")
+    ends = fp.ensemble(ball, start, (0.0, 2.0), escape=100.0)
+    assert ends.status.item() == "escaped"
+    assert ends.t.item() == pytest.approx(1.0, abs=1e-2)
     assert ends.t[1] < 50.0
 
 

@@ -9,6 +9,11 @@ BLOCK = fp.models.oscillator.with_params(A=0.5)
 TURN = 2 * np.pi
 
 
+@fp.system(state="x v", period="2*pi", jumps={"ground": ("x", lambda t, s, p: (s.x, -s.v))})
+def wall(t, s, p):
+    return s.v, np.cos(t) - s.x
+
+
 @pytest.fixture(scope="module")
 def one():
     return fp.event_map(BLOCK, params={"omega": 2.94})
@@ -157,6 +162,7 @@ def test_xarray(one):
         ({"sys": "oscillator"}, TypeError, "sys = 'oscillator': expected a forced planar System"),
         ({"sys": fp.models.dieci_lopez}, ValueError, "'dieci_lopez': expected a forced planar"),
         ({"sys": fp.models.stiction}, ValueError, "without static friction"),
+        ({"sys": wall}, ValueError, "sys = 'wall': expected a forced planar System with one swi"),
         ({"iterate": 0}, ValueError, "iterate = 0: expected an integer > 0"),
         ({"samples": 3}, ValueError, "samples = 3"),
         ({"rtol": 2.0}, ValueError, "rtol = 2.0"),

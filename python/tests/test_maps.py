@@ -67,6 +67,13 @@ def test_an_orbit_is_a_fixed_point_with_its_monodromy_matrix():
     assert np.abs(multipliers).max() == pytest.approx(np.abs(orbit.multipliers).max(), rel=1e-8)
 
 
+def test_repr_is_a_line_that_says_where():
+    one = fp.strobe_map(BLOCK, [0, 0], params={"A": 0.5, "omega": 2.94})
+    assert repr(one).startswith("<Mapped of oscillator: x [")
+    assert repr(one).endswith(f"t {one.t:.9g}, word {one.word}>")
+    assert repr(fp.strobe_map(BLOCK, np.zeros((2, 3)))) == "<Mapped of oscillator: 3 starts>"
+
+
 def test_many_starts_are_each_on_its_own():
     rng = np.random.default_rng(3)
     starts, times = rng.uniform(-2, 2, (2, 7)), rng.uniform(0, 5, 7)
