@@ -5,6 +5,7 @@
 #include "systems.hpp"
 
 #include <filippov/branch.hpp>
+#include <filippov/orbit_search.hpp>
 
 #include <cmath>
 

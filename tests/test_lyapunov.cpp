@@ -5,7 +5,7 @@
 #include "systems.hpp"
 
 #include <filippov/lyapunov.hpp>
-#include <filippov/orbit.hpp>
+#include <filippov/orbit_search.hpp>
 
 #include <cmath>
 

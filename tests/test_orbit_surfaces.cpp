@@ -10,7 +10,7 @@
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/impacts.hpp>
 #include <filippov/models/switches.hpp>
-#include <filippov/orbit.hpp>
+#include <filippov/orbit_search.hpp>
 
 #include <algorithm>
 #include <cmath>

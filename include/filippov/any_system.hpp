@@ -208,6 +208,23 @@ public:
     virtual Counters counters() const = 0;
 };
 
+/// True if a field or h depends on time at this point.
+inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, const Vector& p) {
+    const int d = system.dim(), surfaces = system.surfaces();
+    const auto moves = [d](const Jet& jet) { return jet.slope.col(d).cwiseAbs().maxCoeff() != 0; };
+    for (int region = 0; region < 1 << surfaces; ++region) {
+        int mode = 0;
+        for (int j = surfaces - 1; j >= 0; --j)
+            mode = 3 * mode + ((region >> j & 1) != 0 ? 1 : -1);
+        if (moves(system.rate(mode, t, x, p, {})))
+            return true;
+    }
+    for (int j = 0; j < surfaces; ++j)
+        if (moves(system.quantity({Quantity::Kind::h, -1, 0, j}, t, x, p, {})))
+            return true;
+    return false;
+}
+
 namespace detail {
 
 /// @error std::invalid_argument for anything but one surface at which only the field jumps

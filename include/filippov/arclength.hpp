@@ -2,7 +2,7 @@
 // Pseudo-arclength: steps along a curve F(z) = 0 with one unknown more than equations.
 #pragma once
 
-#include <filippov/orbit.hpp>
+#include <filippov/shooting.hpp>
 
 namespace filippov {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/arclength.hpp>
+#include <filippov/orbit.hpp>
 
 #include <optional>
 #include <string_view>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/curve.hpp>
+#include <filippov/orbit_search.hpp>
 
 namespace filippov {
 

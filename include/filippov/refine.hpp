@@ -2,7 +2,7 @@
 // Pictures of basins by cells that are split only along the boundaries, with an audit of the rest.
 #pragma once
 
-#include <filippov/cells.hpp>
+#include <filippov/quad_tree.hpp>
 #include <filippov/settings.hpp>
 #include <filippov/statistics.hpp>
 #include <filippov/status.hpp>
@@ -42,96 +42,6 @@ struct RefineSettings {
     std::uint64_t seed = 1;            ///< of the audit
 };
 
-/// A square of the picture that is not split: of level `level`, in column i and row j of the
-/// coarse * 2^level along either side.
-struct Leaf {
-    std::int32_t level = 0, i = 0, j = 0;
-    CellLabel label;
-};
-
-/// Squares that are split in four, from a coarse grid of them; 24 bytes a square.
-class QuadTree {
-public:
-    explicit QuadTree(int coarse = 1, int levels = 0) : coarse_(coarse), levels_(levels) {
-        nodes_.reserve(static_cast<std::size_t>(coarse) * static_cast<std::size_t>(coarse));
-        for (std::int32_t i = 0; i < coarse; ++i)
-            for (std::int32_t j = 0; j < coarse; ++j)
-                nodes_.push_back({{0, i, j, {}}});
-    }
-
-    int levels() const { return levels_; }
-    /// Squares along either side on a level.
-    std::int32_t side(int level) const { return coarse_ << level; }
-    /// Squares of all levels, split ones too; those of a split are next to each other.
-    std::int32_t size() const { return static_cast<std::int32_t>(nodes_.size()); }
-    bool is_leaf(std::int32_t k) const { return node(k).child < 0; }
-    const Leaf& operator[](std::int32_t k) const { return node(k).square; }
-    void set_label(std::int32_t k, const CellLabel& label) { node(k).square.label = label; }
-
-    void split(std::int32_t k) {
-        const Leaf parent = node(k).square;
-        node(k).child = size();
-        for (std::int32_t i = 0; i < 2; ++i)
-            for (std::int32_t j = 0; j < 2; ++j)
-                nodes_.push_back({{parent.level + 1, 2 * parent.i + i, 2 * parent.j + j, {}}});
-    }
-    /// The square (i, j) of a level, or the larger leaf that covers it.
-    std::int32_t find(int level, std::int32_t i, std::int32_t j) const {
-        std::int32_t k = root(i >> level, j >> level);
-        for (int below = level - 1; below >= 0 && node(k).child >= 0; --below)
-            k = node(k).child + 2 * ((i >> below) & 1) + ((j >> below) & 1);
-        return k;
-    }
-    /// The leaf that covers the square (i, j) of the finest level.
-    const Leaf& at(std::int32_t i, std::int32_t j) const {
-        return node(find(levels_, i, j)).square;
-    }
-    /// Calls visit(index) for each leaf that has a side or a corner in common with leaf k.
-    template <class Visit> void visit_touching(std::int32_t k, Visit&& visit) const {
-        const std::int32_t last = side(levels_) - 1;
-        Square around = finest(node(k).square);
-        around = {{std::max(around.low[0] - 1, 0), std::max(around.low[1] - 1, 0)},
-                  {std::min(around.high[0] + 1, last), std::min(around.high[1] + 1, last)}};
-        for (std::int32_t i = around.low[0] >> levels_; i <= around.high[0] >> levels_; ++i)
-            for (std::int32_t j = around.low[1] >> levels_; j <= around.high[1] >> levels_; ++j)
-                descend(root(i, j), around, k, visit);
-    }
-
-private:
-    struct Node {
-        Leaf square;
-        std::int32_t child = -1; ///< the first of four, -1: a leaf
-    };
-    /// Squares of the finest level, from low to high, both included.
-    struct Square {
-        std::array<std::int32_t, 2> low{}, high{};
-    };
-
-    const Node& node(std::int32_t k) const { return nodes_[static_cast<std::size_t>(k)]; }
-    Node& node(std::int32_t k) { return nodes_[static_cast<std::size_t>(k)]; }
-    std::int32_t root(std::int32_t i, std::int32_t j) const { return i * coarse_ + j; }
-    Square finest(const Leaf& s) const {
-        const int up = levels_ - s.level;
-        return {{s.i << up, s.j << up}, {((s.i + 1) << up) - 1, ((s.j + 1) << up) - 1}};
-    }
-    /// As deep as there are levels.
-    template <class Visit>
-    void descend(std::int32_t k, const Square& around, std::int32_t self, Visit& visit) const {
-        const Square s = finest(node(k).square);
-        for (std::size_t d = 0; d < 2; ++d)
-            if (s.low[d] > around.high[d] || s.high[d] < around.low[d])
-                return;
-        if (node(k).child >= 0)
-            for (std::int32_t c = 0; c < 4; ++c)
-                descend(node(k).child + c, around, self, visit);
-        else if (k != self)
-            visit(k);
-    }
-
-    int coarse_, levels_;
-    std::vector<Node> nodes_;
-};
-
 /// Labels on a grid of pixels, row-major over (first axis, second axis): pixel (i, j) is entry
 /// i * ny + j.
 struct Picture {
@@ -164,41 +74,6 @@ struct Audit {
     double share = 0; ///< of the picture's area that those leaves have
     double bound = 1; ///< 95% upper bound of the wrong part of that area
 };
-
-/// Where the binomial probability of at most k successes in m falls to 1 - confidence: the exact
-/// one-sided upper bound of a probability.
-///
-/// @pre     0 <= k <= m, 1/2 <= confidence < 1
-/// @cost    O(k), some sixty times
-/// @source  Clopper and Pearson, Biometrika 26 (1934)
-inline double clopper_pearson_upper(int k, int m, double confidence = 0.95) {
-    if (!(k >= 0 && k <= m))
-        detail::refuse("k", k, "expected 0 <= k <= m");
-    if (!(confidence >= 0.5 && confidence < 1))
-        detail::refuse("confidence", confidence, "expected 1/2 <= confidence < 1");
-    if (k == m)
-        return 1;
-    double log_choose = 0;
-    for (int i = 0; i < k; ++i)
-        log_choose += std::log((m - i) / (i + 1.0));
-    // Above k/m the terms fall from i = k on, so those that no longer count can be left out.
-    const auto at_most = [&](double p) {
-        double term = std::exp(log_choose + k * std::log(p) + (m - k) * std::log1p(-p)), sum = 0;
-        for (int i = k; i >= 0 && term > 1e-18 * sum; --i) {
-            sum += term;
-            term *= i / (m - i + 1.0) * ((1 - p) / p);
-        }
-        return sum;
-    };
-    double low = double(k) / m, high = 1;
-    for (int i = 0; i < 100; ++i) {
-        const double p = low + (high - low) / 2;
-        if (!(p > low && p < high))
-            break;
-        (at_most(p) > 1 - confidence ? low : high) = p;
-    }
-    return high;
-}
 
 /// A refined picture.
 struct Refined {

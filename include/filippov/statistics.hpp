@@ -2,6 +2,8 @@
 // Lines through points, spreads, and random numbers.
 #pragma once
 
+#include <filippov/settings.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -80,5 +82,40 @@ inline double deviation(std::span<const double> values) {
 }
 
 } // namespace detail
+
+/// Where the binomial probability of at most k successes in m falls to 1 - confidence: the exact
+/// one-sided upper bound of a probability.
+///
+/// @pre     0 <= k <= m, 1/2 <= confidence < 1
+/// @cost    O(k), some sixty times
+/// @source  Clopper and Pearson, Biometrika 26 (1934)
+inline double clopper_pearson_upper(int k, int m, double confidence = 0.95) {
+    if (!(k >= 0 && k <= m))
+        detail::refuse("k", k, "expected 0 <= k <= m");
+    if (!(confidence >= 0.5 && confidence < 1))
+        detail::refuse("confidence", confidence, "expected 1/2 <= confidence < 1");
+    if (k == m)
+        return 1;
+    double log_choose = 0;
+    for (int i = 0; i < k; ++i)
+        log_choose += std::log((m - i) / (i + 1.0));
+    // Above k/m the terms fall from i = k on, so those that no longer count can be left out.
+    const auto at_most = [&](double p) {
+        double term = std::exp(log_choose + k * std::log(p) + (m - k) * std::log1p(-p)), sum = 0;
+        for (int i = k; i >= 0 && term > 1e-18 * sum; --i) {
+            sum += term;
+            term *= i / (m - i + 1.0) * ((1 - p) / p);
+        }
+        return sum;
+    };
+    double low = double(k) / m, high = 1;
+    for (int i = 0; i < 100; ++i) {
+        const double p = low + (high - low) / 2;
+        if (!(p > low && p < high))
+            break;
+        (at_most(p) > 1 - confidence ? low : high) = p;
+    }
+    return high;
+}
 
 } // namespace filippov

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Periodic orbits where no word is known: from runs that settle, and near a state.
+#pragma once
+
+#include <filippov/orbit.hpp>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace filippov {
+
+namespace detail {
+
+/// True if one condition ends the mode: not where two surfaces are reached at once.
+inline bool one_condition(const Happening& e, int surfaces) {
+    if (surfaces == 1)
+        return true;
+    if (e.surface < 0 || mode_entry(e.before, e.surface) == mode_entry(e.after, e.surface))
+        return false;
+    for (int j = 0; j < surfaces; ++j)
+        if (const int before = mode_entry(e.before, j);
+            j != e.surface && before != 0 && before != mode_entry(e.after, j))
+            return false;
+    return true;
+}
+
+/// Changes of mode one after the other, as they are collected.
+struct Changes {
+    std::vector<int> modes, at;
+    void add(const Happening& e) {
+        modes.push_back(e.after);
+        at.push_back(std::max(e.surface, 0));
+    }
+    Word word(int surfaces) const { return Word::of(modes, at, surfaces); }
+};
+
+} // namespace detail
+
+/// The cycle that a run of `turns` forcing periods describes, closed or not; none if the modes at
+/// its ends differ, it has events and no change of mode fits, or several surfaces are reached at
+/// once.
+inline std::optional<Cycle> cycle_of(const History& run, double t0, const Vector& x0, int turns,
+                                     const Vector& p) {
+    Cycle c;
+    c.turns = turns;
+    c.p = p;
+    c.period = run.t - t0;
+    detail::Changes changes;
+    for (const Happening& e : run.events)
+        if (e.before != e.after) {
+            if (!changes.modes.empty() && changes.modes.back() != e.before)
+                return std::nullopt;
+            if (!detail::one_condition(e, run.surfaces))
+                return std::nullopt;
+            c.t.push_back(e.t);
+            c.x.push_back(e.x);
+            changes.add(e);
+        }
+    if (changes.modes.empty()) {
+        c.word.letters = {{run.mode, Until::phase}};
+        c.word.surfaces = run.surfaces;
+        c.t = {t0};
+        c.x = {x0};
+        return c;
+    }
+    if (changes.modes.back() != run.mode || run.events.front().before != run.mode)
+        return std::nullopt;
+    c.word = changes.word(run.surfaces);
+    return c;
+}
+
+/// The first events of an autonomous run that return: from an event to the first later one with the
+/// same change of mode and each component within `closeness` of it, in units of its spread over the
+/// events, or but for rounding.
+inline std::optional<Cycle> recurrence_of(const History& run, double closeness, const Vector& p) {
+    std::vector<const Happening*> changes;
+    for (const Happening& e : run.events)
+        if (e.before != e.after)
+            changes.push_back(&e);
+    Vector low = run.x, high = run.x;
+    for (const Happening* e : changes) {
+        low = low.cwiseMin(e->x);
+        high = high.cwiseMax(e->x);
+    }
+    const Vector allowed =
+        closeness * (high - low) + 1e-9 * low.cwiseAbs().cwiseMax(high.cwiseAbs());
+    for (std::size_t i = 0; i < changes.size(); ++i)
+        for (std::size_t j = i + 1; j < changes.size(); ++j) {
+            const Happening &a = *changes[i], &b = *changes[j];
+            if (a.before != b.before || a.after != b.after || a.surface != b.surface ||
+                !((a.x - b.x).cwiseAbs().array() <= allowed.array()).all())
+                continue;
+            Cycle c;
+            c.p = p;
+            c.period = b.t - a.t;
+            detail::Changes turn;
+            bool known = true;
+            for (std::size_t k = i; k < j; ++k) {
+                c.t.push_back(changes[k]->t - a.t);
+                c.x.push_back(changes[k]->x);
+                turn.add(*changes[k]);
+                known = known && detail::one_condition(*changes[k], run.surfaces);
+            }
+            if (!known)
+                continue;
+            c.word = turn.word(run.surfaces);
+            return c;
+        }
+    return std::nullopt;
+}
+
+/// How an orbit is looked for.
+struct OrbitSearch {
+    double transient = 200;  ///< before it: forcing periods, or time for an autonomous system
+    int max_turns = 32;      ///< longest orbit, forcing periods
+    double window = 200;     ///< time in which an autonomous orbit has to return
+    double closeness = 1e-3; ///< of a return, relative to the orbit's size
+};
+
+namespace detail {
+
+/// The orbit that a solution comes back to from x at phase zero: the first stable one, else the
+/// first.
+inline Orbit orbit_from(const AnySystem& system, const Vector& p, Vector x,
+                        const OrbitSearch& search) {
+    Orbit found;
+    found.status = Status::not_converged;
+    if (!system.forced()) {
+        const History window = system.run(0, x, search.window, p);
+        found.status = window.status;
+        found.message = window.message;
+        if (window.status != Status::ok)
+            return found;
+        if (const auto cycle = recurrence_of(window, search.closeness, p))
+            return solve_shortest(system, *cycle);
+        found.status = Status::not_converged;
+        found.message = "no event returns in the window";
+        return found;
+    }
+    found.message = "no periodic orbit within max_turns forcing periods";
+    const double T = system.period(p, {}).value;
+    const Vector start = x;
+    Vector size = x.cwiseAbs();
+    for (int turns = 1; turns <= search.max_turns; ++turns) {
+        const History turn = system.run(0, x, T, p);
+        if (turn.status != Status::ok) {
+            found.status = turn.status;
+            found.message = turn.message;
+            return found;
+        }
+        x = turn.x;
+        size = size.cwiseMax(x.cwiseAbs());
+        for (const Happening& e : turn.events)
+            size = size.cwiseMax(e.x.cwiseAbs());
+        if (!((x - start).norm() <= search.closeness * size.norm()))
+            continue;
+        const History whole = system.run(0, x, turns * T, p);
+        const auto cycle = cycle_of(whole, 0, x, turns, p);
+        if (!cycle)
+            continue;
+        Orbit orbit = solve_shortest(system, *cycle);
+        if (orbit.status != Status::ok)
+            continue;
+        if (orbit.stable(true))
+            return orbit;
+        if (found.status != Status::ok)
+            found = std::move(orbit);
+    }
+    return found;
+}
+
+} // namespace detail
+
+/// The orbit that the solution from x0 at t0 = 0 settles on.
+///
+/// Beside an unstable orbit a solution may linger: it is followed longer then, up to sixteen times
+/// as long, and the unstable one is the answer if it is still there.
+inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
+                    const OrbitSearch& search = {}) {
+    detail::refuse_jumps(system);
+    Orbit found;
+    if (!system.forced() && depends_on_time(system, 0.1, x0, p)) {
+        found.status = Status::not_converged;
+        found.message = "the system depends on time and gives no period";
+        return found;
+    }
+    const double unit = system.forced() ? system.period(p, {}).value : 1.0;
+    Vector x = x0;
+    double transient = search.transient;
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const History first = system.run(0, x, transient * unit, p);
+        x = first.x;
+        Orbit orbit;
+        orbit.status = first.status;
+        orbit.message = first.message;
+        if (first.status == Status::ok)
+            orbit = detail::orbit_from(system, p, x, search);
+        const bool ok = orbit.status == Status::ok, stable = ok && orbit.stable(system.forced());
+        if (attempt == 0 || stable || orbit.status == Status::interrupted)
+            found = std::move(orbit);
+        if (!ok || stable)
+            break;
+        transient = 4 * std::max(transient, 1.0);
+    }
+    return found;
+}
+
+/// The orbit near the solution from x0 at t0 (phase zero if 0), stable or not: `turns` forcing
+/// periods long, or the first return of an event of an autonomous system.
+inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, const Vector& x0,
+                        int turns, const OrbitSearch& search = {}) {
+    detail::refuse_jumps(system);
+    Orbit none;
+    const double T = system.period(p, {}).value;
+    const double span = system.forced() ? turns * T : search.window;
+    std::optional<Cycle> cycle;
+    Vector x = x0;
+    // A guess beside the surface may come round in another mode, and its image in the right one.
+    for (int k = 0; k < 3 && !cycle; ++k) {
+        const History run = system.run(t0, x, t0 + span, p);
+        none.status = run.status;
+        none.message = run.message;
+        if (run.status != Status::ok)
+            return none;
+        cycle = system.forced() ? cycle_of(run, t0, x, turns, p) : recurrence_of(run, 0.1, p);
+        x = run.x;
+    }
+    if (!cycle) {
+        none.status = Status::not_converged;
+        none.message = "the run from the guess does not come round to the mode it starts in";
+        return none;
+    }
+    return solve_orbit(system, *cycle);
+}
+
+} // namespace filippov
