@@ -1026,6 +1026,47 @@ private:
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * resolution());
     }
 
+    /// A step to be tried.
+    struct Trial {
+        S dt;      ///< signed
+        bool cut;  ///< shorter than proposed, before a surface
+        bool last; ///< it ends where the run does
+    };
+    FILIPPOV_INLINE Trial trial(bool fixed) const {
+        Trial t{dt_, false, false};
+        if (abs_(t.dt) > settings_.max_step)
+            t.dt = S(direction_) * settings_.max_step;
+        t.cut = !fixed && abs_(t.dt) > reach_;
+        if (t.cut)
+            t.dt = S(direction_) * reach_;
+        t.last = S(direction_) * t.dt >= S(direction_) * remaining_ * (S(1) - S(1e-9));
+        if (t.last)
+            t.dt = remaining_;
+        return t;
+    }
+    /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
+    FILIPPOV_COLD Stop too_small(bool bad_stage) {
+        Stop stop = bad_stage ? contact_at_edge() : Stop{};
+        if (bad_stage && stop.guard < 0 && mode_.sliding() > 1)
+            stop.guard = Guard<M>::transversal(sliding_surface(mode_)); // no blend beyond
+        return stop.guard >= 0 ? stop : Stop{fail_small(bad_stage)};
+    }
+    /// The next step, after one that was good.
+    template <class Path>
+    FILIPPOV_INLINE void propose(const Trial& t, const S& error, bool unjudged) {
+        constexpr bool slides = Path::slides;
+        // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
+        // one that ends at an event keeps the full step's.
+        S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
+        // a step that is far too long shows nothing of its swings
+        if (unjudged && swings_seen_ && !slides && abs_(proposed) > S(2) * abs_(t.dt))
+            proposed = S(2) * t.dt;
+        if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
+            dt_ = proposed;
+        const S further = slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
+        reach_ = slides && M == 1 ? further : std::min(further, reach_after<Path>(t.dt));
+    }
+
     template <class Rhs> FILIPPOV_FLATTEN Stop run(Rhs rhs) {
         if (!have_k0_) {
             rk_.begin(rhs.field(clock_.local, x_));
@@ -1044,23 +1085,9 @@ private:
                 return {};
             if (const Status status = may_go_on(); status != Status::ok)
                 return {status};
-            S dt = dt_;
-            if (abs_(dt) > settings_.max_step)
-                dt = S(direction_) * settings_.max_step;
-            const bool cut = !fixed && abs_(dt) > reach_;
-            if (cut)
-                dt = S(direction_) * reach_;
-            const bool last = S(direction_) * dt >= S(direction_) * remaining_ * (S(1) - S(1e-9));
-            if (last)
-                dt = remaining_;
-            if (abs_(dt_) < resolution() && !(last && !bad_stage)) {
-                Stop stop = bad_stage ? contact_at_edge() : Stop{};
-                if (bad_stage && stop.guard < 0 && mode_.sliding() > 1)
-                    stop.guard = Guard<M>::transversal(sliding_surface(mode_)); // no blend beyond
-                if (stop.guard >= 0)
-                    return stop;
-                return {fail_small(bad_stage)};
-            }
+            const auto [dt, cut, last] = trial(fixed);
+            if (abs_(dt_) < resolution() && !(last && !bad_stage))
+                return too_small(bad_stage);
 
             TrialPath<Rhs> path(*this, rhs, dt);
             rk_.step(rhs, clock_.local, x_, dt, path.x1);
@@ -1100,20 +1127,8 @@ private:
                 if (found.guard < 0)
                     found = contact_at_end(path, last);
             }
-            if (!fixed) {
-                // A step cut by the end of the run, or before a surface, does not shrink the next
-                // proposal; one that ends at an event keeps the full step's.
-                S proposed = dt * S(control_.after_accept(static_cast<double>(error)));
-                // a step that is far too long shows nothing of its swings
-                if (unjudged && swings_seen_ && !Rhs::slides && abs_(proposed) > S(2) * abs_(dt))
-                    proposed = S(2) * dt;
-                if (!(last || cut) || abs_(proposed) > abs_(dt_))
-                    dt_ = proposed;
-                const S further =
-                    Rhs::slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
-                reach_ = Rhs::slides && M == 1 ? further
-                                               : std::min(further, reach_after<TrialPath<Rhs>>(dt));
-            }
+            if (!fixed)
+                propose<TrialPath<Rhs>>({dt, cut, last}, error, unjudged);
             bad_stage = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
