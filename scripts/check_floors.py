@@ -91,6 +91,7 @@ FLOORS: list[list[str]] = [
     ],
     # 5: maps and orbits
     [
+        "statistics",
         "repeats",
         "diagram",
         "any_system",
@@ -100,8 +101,8 @@ FLOORS: list[list[str]] = [
         "word",
         "shooting",
         "arclength",
+        "floquet",
         "orbit",
-        "orbit_search",
         "geometry",
         "bifurcation",
         "branch",
@@ -112,7 +113,6 @@ FLOORS: list[list[str]] = [
     [
         "strobe_cycle",
         "cells",
-        "statistics",
         "quad_tree",
         "refine",
         "label_grid",

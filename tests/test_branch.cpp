@@ -5,7 +5,6 @@
 #include "systems.hpp"
 
 #include <filippov/branch.hpp>
-#include <filippov/orbit_search.hpp>
 
 #include <cmath>
 

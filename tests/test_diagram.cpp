@@ -38,6 +38,23 @@ DiagramSettings<double, 2> settings(double each = 1e-10) {
     return d;
 }
 
+/// x' = (a - x)/50 with a period of 1, in which nothing happens: steps over many of them.
+struct Slow {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"a"};
+    static constexpr std::array<double, 1> defaults{0.3};
+    template <Scalar S> S period(const Vec<S, 1>&) const { return S(1); }
+    template <Scalar S> Vec<S, 1> f1(const S&, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        return Vec<S, 1>(S(0.02) * (p[0] - x[0]));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 1>&) const {
+        return x[0] - S(100);
+    }
+};
+
 template <class Tableau = DormandPrince8>
 std::vector<Value> diagram(const std::vector<P>& params, const DiagramSettings<double, 2>& d,
                            const Vec<double, 2>& x0 = Vec<double, 2>(0, 0)) {
@@ -276,6 +293,31 @@ TEST_CASE("diagram: skipping what repeats itself changes no point by more than r
     CHECK(skipped[0].cycle == (d.section.strobe ? 4 : 1));
     CHECK(skipped[0].skipped > 200);
     CHECK(skipped[0].counters.steps < full[0].counters.steps / 2);
+}
+
+TEST_CASE("diagram: steps over many flashes leave none out, and take none twice", "[diagram]") {
+    DiagramSettings<double, 1> d;
+    d.section.strobe = true;
+    d.transient = 100;
+    d.keep = 2000;
+    for (const double a : {0.0, 0.3}) {
+        CAPTURE(a);
+        d.skip_repeats = true;
+        const std::vector<Vec<double, 1>> p{Vec<double, 1>(a)};
+        const Vec<double, 1> x0(1);
+        const auto some = bifurcation_diagram<DormandPrince8>(Slow{}, p, x0, d)[0];
+        d.skip_repeats = false;
+        const auto all = bifurcation_diagram<DormandPrince8>(Slow{}, p, x0, d)[0];
+        CHECK(some.skipped > 0);
+        REQUIRE(all.points.size() == 2000);
+        REQUIRE(some.points.size() == 2000);
+        for (std::size_t k = 0; k < 2000; ++k) {
+            REQUIRE(all.points[k].period == 101 + (long long)k);
+            REQUIRE(some.points[k].period == all.points[k].period);
+            // steps at the limit of stability wander by the tolerance
+            REQUIRE(std::abs(some.points[k].x[0] - all.points[k].x[0]) < d.run.rtol);
+        }
+    }
 }
 
 TEST_CASE("diagram: a run that does not come back is followed to its end", "[diagram]") {

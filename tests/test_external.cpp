@@ -4,7 +4,7 @@
 
 #include <filippov/branch.hpp>
 #include <filippov/lanes.hpp>
-#include <filippov/orbit_search.hpp>
+#include <filippov/orbit.hpp>
 #include <filippov/trajectory.hpp>
 
 #include <cmath>

@@ -39,6 +39,30 @@ struct Rotor {
     template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 3>&) const { return x[1]; }
 };
 
+/// The rotor in another unit of length.
+struct LongRotor : Rotor {
+    static constexpr double unit = 1e10;
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+        return Vec<S, 2>(Rotor::f1(t, Vec<S, 2>(x / S(unit)), p) * S(unit));
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+        return Vec<S, 2>(Rotor::f2(t, Vec<S, 2>(x / S(unit)), p) * S(unit));
+    }
+};
+
+/// x_i' = -1 - x_i below x_0 = 0, 1 above, in more dimensions than a grid has room for.
+struct Many {
+    static constexpr int dim = 20;
+    static constexpr std::array<std::string_view, 0> params{};
+    template <Scalar S> Vec<S, 20> f1(const S&, const Vec<S, 20>& x, const Vec<S, 0>&) const {
+        return Vec<S, 20>(Vec<S, 20>::Constant(S(-1)) - x);
+    }
+    template <Scalar S> Vec<S, 20> f2(const S&, const Vec<S, 20>&, const Vec<S, 0>&) const {
+        return Vec<S, 20>::Constant(S(1));
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 20>& x, const Vec<S, 0>&) const { return x[0]; }
+};
+
 /// L1 = x - b (1 - cos t), L2 = -1, x' = -a sin t in a slide at L1 = 0: the boundary of the sliding
 /// region is x = b (1 - cos t), with L1' = -(a + b) sin t, zero at t = 0 to the last bit.
 struct Seam {
@@ -211,6 +235,34 @@ TEST_CASE("geometry: what becomes of a boundary equilibrium is seen on both side
             CHECK(std::abs(value * value + 1.0) < 1e-14);
         CHECK_FALSE(boundary[0].stable());
     }
+}
+
+TEST_CASE("geometry: what becomes of a boundary equilibrium has no unit", "[geometry]") {
+    const double unit = LongRotor::unit;
+    const auto here = any_system(Rotor{}), there = any_system(LongRotor{});
+    for (const double e : {-1.0, 1.0}) {
+        const Vector p = point({0.5, 0.25, e});
+        const auto a =
+            boundary_equilibria(*here, {point({-3, -2}), point({3, 2})}, p, 1, -0.5, 0.5);
+        const auto b = boundary_equilibria(*there, {unit * point({-3, -2}), unit * point({3, 2})},
+                                           p, 1, -0.5, 0.5);
+        REQUIRE(a.size() == 1);
+        REQUIRE(b.size() == 1);
+        CHECK(a[0].encounter != Equilibrium::Encounter::degenerate);
+        CHECK(a[0].encounter == b[0].encounter);
+    }
+}
+
+TEST_CASE("geometry: in many dimensions starts are as many as asked for", "[geometry]") {
+    const auto system = any_system(Many{});
+    const Vector one = Vector::Ones(20);
+    const auto found = equilibria(*system, {-3 * one, 2 * one}, Vector(), 16);
+    REQUIRE(found.size() == 2); // and x = 0, where both fields repel and cancel
+    const auto below = std::ranges::find(found, -1, &Equilibrium::side);
+    REQUIRE(below != found.end());
+    CHECK((below->x + one).cwiseAbs().maxCoeff() < 1e-14);
+    CHECK(below->real);
+    CHECK(pseudo_of(found).x.cwiseAbs().maxCoeff() < 1e-14);
 }
 
 TEST_CASE("geometry: the block without a forcing rests where the friction holds the spring",

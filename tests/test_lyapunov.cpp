@@ -5,9 +5,11 @@
 #include "systems.hpp"
 
 #include <filippov/lyapunov.hpp>
-#include <filippov/orbit_search.hpp>
+#include <filippov/maps.hpp>
+#include <filippov/orbit.hpp>
 
 #include <cmath>
+#include <numbers>
 
 using namespace filippov;
 using Catch::Matchers::ContainsSubstring;
@@ -31,7 +33,52 @@ struct Decay {
     template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 2>&) const { return x[0]; }
 };
 
+/// x' = -x + cos(t)/10, y' = -k y: y rests at zero while x moves, and its neighbours are stiff.
+struct Resting {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"k"};
+    static constexpr std::array<double, 1> defaults{50};
+    template <Scalar S> S period(const Vec<S, 1>&) const { return S(2 * std::numbers::pi); }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+        using std::cos;
+        return {S(0.1) * cos(t) - x[0], -p[0] * x[1]};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const {
+        return x[0] - S(100);
+    }
+};
+
 } // namespace
+
+TEST_CASE("lyapunov: where the solution rests its neighbours may be stiff", "[lyapunov]") {
+    const auto system = any_system(Resting{});
+    const double T = 2 * std::numbers::pi;
+    for (const double k : {2.0, 7.0, 50.0, 300.0}) {
+        CAPTURE(k);
+        const Vector p = Vector::Constant(1, k);
+        const Vector rest = Vector::Unit(2, 0) * 0.05;
+        const Lyapunov l = lyapunov(*system, p, rest, {.transient = 20, .window = 40});
+        REQUIRE(l.status == Status::ok);
+        // a stretch is followed in parts so short that nothing is hidden: 1e-7 of each
+        CHECK(l.exponents[0] == Approx(-1).epsilon(1e-6));
+        CHECK(l.exponents[1] == Approx(-k).epsilon(1e-6));
+        CHECK(l.error.maxCoeff() < 1e-6 * k);
+        // derivatives of one period, each to its own size: e^-2 pi and e^-2 pi k
+        const Mapped m = strobe(*system, 0, rest, p);
+        REQUIRE(m.ok());
+        CHECK(m.slope(0, 0) == Approx(std::exp(-T)).epsilon(1e-7));
+        CHECK(std::abs(m.slope(1, 1)) <= std::exp(-T * k) * 1.001 + 1e-300); // or next to 0
+        CHECK(m.slope(1, 0) == 0);
+    }
+    // stiffer than any number of halves: refused, not wrong
+    const Vector p = Vector::Constant(1, 1e9);
+    const Mapped m = strobe(*system, 0, Vector::Unit(2, 0) * 0.05, p);
+    CHECK(m.status == Status::step_too_small);
+    CHECK_THAT(m.message, ContainsSubstring("stiff"));
+}
 
 TEST_CASE("lyapunov: on a periodic orbit it is the logarithm of the multiplier", "[lyapunov]") {
     const auto system = oscillator_system();

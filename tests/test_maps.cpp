@@ -6,7 +6,7 @@
 
 #include <filippov/map_graph.hpp>
 #include <filippov/models/coulomb.hpp>
-#include <filippov/orbit_search.hpp>
+#include <filippov/orbit.hpp>
 
 #include <cmath>
 #include <numbers>

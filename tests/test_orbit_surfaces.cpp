@@ -10,7 +10,7 @@
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/impacts.hpp>
 #include <filippov/models/switches.hpp>
-#include <filippov/orbit_search.hpp>
+#include <filippov/orbit.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -295,7 +295,8 @@ TEST_CASE("orbit surfaces: what is for one surface is refused for others", "[orb
     CHECK_THROWS_WITH(tracer.trace(orbit.cycle), ContainsSubstring("surfaces = 2"));
     CHECK_THROWS_WITH(TransitionMap(*impact_belt(), impact_belt()->defaults()),
                       ContainsSubstring("surfaces = 2"));
-    CHECK_THROWS_WITH(TransitionMap(*ball(), ball()->defaults()), ContainsSubstring("kinds"));
+    CHECK_THROWS_WITH(TransitionMap(*ball(), ball()->defaults()),
+                      ContainsSubstring("one switching surface"));
     CHECK_THROWS_WITH(settle(*ball(), ball()->defaults(), vector({1, 0})),
                       ContainsSubstring("jumps"));
     CHECK_THROWS_WITH(settle(*impact_belt(), impact_belt()->defaults(), vector({0, 0})),

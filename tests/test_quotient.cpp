@@ -5,7 +5,7 @@
 #include "systems.hpp"
 
 #include <filippov/models/coulomb.hpp>
-#include <filippov/orbit_search.hpp>
+#include <filippov/orbit.hpp>
 #include <filippov/quotient.hpp>
 
 #include <cmath>

@@ -98,6 +98,36 @@ TEST_CASE("split: where only a derivative jumps is a kink", "[formulas]") {
           }) == std::vector{SurfaceKind::switching});
 }
 
+TEST_CASE("split: regions that cannot be do not make a kink a jump", "[formulas]") {
+    const auto where = [](Graph& g, Expr h, Expr above, Expr below) {
+        const Expr s = sign(g, h);
+        return g.add(g.mul(g.constant(0.5), g.mul(g.add(g.constant(1), s), above)),
+                     g.mul(g.constant(0.5), g.mul(g.sub(g.constant(1), s), below)));
+    };
+    // x between -p and p: what is "above p and below -p" at once is nowhere
+    const auto clipped = [&](Graph& g, Expr x, Expr p) {
+        return where(g, g.sub(x, p), p, where(g, g.add(x, p), x, g.neg(p)));
+    };
+    CHECK(plane([&](Graph& g, Expr x, Expr y, Expr p) {
+              return std::vector{y, g.neg(clipped(g, x, p))};
+          }).kind == std::vector{SurfaceKind::kink, SurfaceKind::kink});
+    // ... a jump beside it is one
+    const auto with_jump = plane([&](Graph& g, Expr x, Expr y, Expr p) {
+        return std::vector{y, g.sub(clipped(g, x, p), sign(g, y))};
+    });
+    CHECK(std::ranges::count(with_jump.kind, SurfaceKind::kink) == 2);
+    CHECK(std::ranges::count(with_jump.kind, SurfaceKind::switching) == 1);
+    // ... and where it is only between two surfaces that are next to each other
+    auto strip = plane([&](Graph& g, Expr x, Expr y, Expr) {
+        const Expr inside =
+            where(g, x, where(g, g.sub(x, g.constant(1e-6)), g.constant(0), y), g.constant(0));
+        return std::vector{y, sign(g, inside)};
+    });
+    const auto y = std::ranges::find(strip.h, strip.graph.state(1));
+    REQUIRE(y != strip.h.end());
+    CHECK(strip.kind[std::size_t(y - strip.h.begin())] == SurfaceKind::switching);
+}
+
 TEST_CASE("split: a jump is one however far the sides' formulas are apart elsewhere",
           "[formulas]") {
     // friction that falls exponentially: beyond its side its formula grows by e^(a |v|)

@@ -46,6 +46,16 @@ struct Ends {
     }
 };
 
+/// x' = sign(x)/10, y' = -y^3.
+struct Apart {
+    static constexpr int dim = 2;
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>& x, const S& s, const Vec<S, 0>&) const {
+        return {S(0.1) * s, -x[1] * x[1] * x[1]};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[0]; }
+};
+
 /// x' = sign x + 1/10: repels.
 struct Repels {
     static constexpr int dim = 1;
@@ -170,6 +180,17 @@ TEST_CASE("time_stepping: the unit of the state does not matter", "[time_steppin
                 REQUIRE(there.x[i] == unit * here.x[i]);
         }
     }
+}
+
+TEST_CASE("time_stepping: components have units of their own", "[time_stepping]") {
+    // y1 = 1 - y1^3 whatever x is
+    const auto step = [](double x) {
+        return time_stepping(Apart{}, Vec<double, 0>{}, Vec<double, 2>(x, 1), 0.0, 1.0,
+                             {.steps = 1});
+    };
+    CHECK_THAT(step(1).x.back()[1], WithinAbs(0.6823278038280193, 1e-15));
+    CHECK_THAT(step(1e16).x.back()[1], WithinAbs(0.6823278038280193, 1e-15));
+    CHECK_THAT(step(1e-16).x.back()[1], WithinAbs(0.6823278038280193, 1e-15));
 }
 
 TEST_CASE("time_stepping: events that accumulate are harmless", "[time_stepping]") {

@@ -234,10 +234,39 @@ inline void require_one_surface(const AnySystem& system) {
     if (system.kinds()[0] != SurfaceKind::switching)
         throw std::invalid_argument("filippov: system: expected one switching surface");
 }
+/// @param name  of the state among the caller's arguments
+inline void require_point(const AnySystem& system, double t0, const Vector& x, const Vector& p,
+                          const std::string& name = "x") {
+    if (x.size() != system.dim())
+        refuse(name + ".size()", double(x.size()), "expected dim entries");
+    if (p.size() != Eigen::Index(system.params().size()))
+        refuse("p.size()", double(p.size()), "expected one entry a parameter");
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (!std::isfinite(x[i]))
+            refuse(name + "[" + std::to_string(i) + "]", x[i], "expected a finite number");
+    for (Eigen::Index i = 0; i < p.size(); ++i)
+        if (!std::isfinite(p[i]))
+            refuse("p[" + std::to_string(i) + "]", p[i], "expected a finite number");
+    if (!std::isfinite(t0))
+        refuse("t0", t0, "expected a finite number");
+}
+inline PeriodJet require_period(const AnySystem& system, const Vector& p,
+                                const Directions& along = {}) {
+    if (!system.forced())
+        throw std::invalid_argument("filippov: system: expected one with a period");
+    const PeriodJet T = system.period(p, along);
+    if (!(T.value > 0 && T.value < std::numeric_limits<double>::infinity()))
+        refuse("period", T.value, "expected a finite number > 0");
+    return T;
+}
+/// True if there are surfaces at which the state jumps.
+inline bool has_jumps(const AnySystem& system) {
+    const auto kinds = system.kinds();
+    return std::find(kinds.begin(), kinds.end(), SurfaceKind::jump) != kinds.end();
+}
 /// @error std::invalid_argument for a system whose state jumps
 inline void refuse_jumps(const AnySystem& system) {
-    const auto kinds = system.kinds();
-    if (std::find(kinds.begin(), kinds.end(), SurfaceKind::jump) != kinds.end())
+    if (has_jumps(system))
         throw std::invalid_argument("filippov: system: expected no jumps of the state");
 }
 

@@ -149,7 +149,12 @@ public:
     }
     /// What follows from a picture's labels, its plain map and its attractors: unresolved cells,
     /// an audit, and the confusion table. `state` becomes `interrupted` if the audit was.
+    /// @error std::invalid_argument where sizes are not those of the grid
     void complete(Basins& basins) {
+        const auto cells = std::size_t(picture_.grid.cells());
+        if (basins.label.size() != cells || basins.plain.group.size() != cells)
+            detail::refuse("basins.label.size()", double(basins.label.size()),
+                           "expected the cells of the grid, as of basins.plain.group");
         basins.by_exit = exits().usable;
         basins.by_exit_reason = exits().reason;
         basins.exits = exits().basins;

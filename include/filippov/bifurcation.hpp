@@ -3,7 +3,7 @@
 #pragma once
 
 #include <filippov/arclength.hpp>
-#include <filippov/orbit.hpp>
+#include <filippov/floquet.hpp>
 
 #include <optional>
 #include <string_view>
@@ -193,18 +193,6 @@ inline Equations equations_with(const Shooting& shooting, const SlidingCondition
 
 namespace detail {
 
-/// The same cycle, read from node k on.
-inline Cycle rotated(const Cycle& c, std::size_t k) {
-    Cycle r = c;
-    const std::size_t n = c.size();
-    for (std::size_t i = 0; i < n; ++i) {
-        const std::size_t j = (k + i) % n;
-        r.word.letters[i] = c.word.letters[j];
-        r.x[i] = c.x[j];
-        r.t[i] = c.t[j] + (k + i >= n ? c.period : 0.0);
-    }
-    return r;
-}
 /// Times such that the first node lies in the first period (forced) or at 0 (autonomous).
 inline void normalize(const AnySystem& system, Cycle& c) {
     const double T = c.period / c.turns;
@@ -409,8 +397,8 @@ inline std::vector<std::complex<double>> floquet_of_child(const AnySystem& syste
 ///   p1 + p2 odd:  "fold": two orbits meet and disappear
 ///   else "persistence", and if n1 + n2 is odd "persistence and flip"
 ///
-/// and where one side's orbit is stable and the other's is not, or none is: "chaos" if a
-/// one-dimensional skew tent map with these slopes has a chaotic attractor.
+/// and "chaos" where slopes of both sides stretch, and a one-dimensional skew tent map with them
+/// has a chaotic attractor. (One side that contracts may have chaos, too; that is not told.)
 /// @source Feigin's classification, di Bernardo, Feigin, Hogan, Homer (1999), Chaos, Solitons &
 ///         Fractals 10, 1881-1908; skew tent map: Nusse & Yorke (1995), Int. J. Bifurcation and
 ///         Chaos 5, 189-207

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filippov/curve.hpp>
-#include <filippov/orbit_search.hpp>
 
 namespace filippov {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/bifurcation.hpp>
+#include <filippov/orbit.hpp>
 
 namespace filippov {
 
@@ -115,33 +116,6 @@ inline constexpr double largest_multiplier = 1e12;
 inline constexpr const char* too_unstable =
     "the orbit is too unstable for double precision: a multiplier of 1e12";
 
-/// The rotations of a cycle that have the word of another, at the times nearest to its.
-inline std::vector<Cycle> aligned(const AnySystem& system, const Cycle& c, const Cycle& like) {
-    std::vector<Cycle> all;
-    for (std::size_t k = 0; c.turns == like.turns && k < c.size(); ++k) {
-        Cycle r = rotated(c, k);
-        if (!(r.word == like.word))
-            continue;
-        const double T = like.period / like.turns, apart = like.t[0] - r.t[0];
-        for (double& t : r.t)
-            t += system.forced() ? T * std::round(apart / T) : apart;
-        all.push_back(std::move(r));
-    }
-    return all;
-}
-/// True if two cycles are one orbit, wherever they are cut.
-inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) {
-    const Vector scale = Shooting(system, b).scales(b).head(system.dim());
-    for (const Cycle& r : aligned(system, a, b)) {
-        bool same = true;
-        for (std::size_t i = 0; same && i < b.size(); ++i)
-            same = std::abs(r.t[i] - b.t[i]) < 1e-7 * b.period &&
-                   (r.x[i] - b.x[i]).cwiseQuotient(scale).norm() < 1e-7;
-        if (same)
-            return true;
-    }
-    return false;
-}
 /// The multipliers without the 1 that an autonomous system has anyway.
 inline std::vector<std::complex<double>> nontrivial(std::vector<std::complex<double>> multipliers,
                                                     bool forced) {
@@ -184,6 +158,21 @@ inline SpecialPoint special_point(const AnySystem& system, const SlidingConditio
 
 /// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
 /// the four.
+inline void require_parameter(const AnySystem& system, const char* name, int k) {
+    if (!(k >= 0 && std::size_t(k) < system.params().size()))
+        refuse(name, k, "expected an index of a parameter");
+}
+inline void require_range(const char* name, double low, double high) {
+    if (!(low < high && std::isfinite(high - low)))
+        refuse(name, low, "expected finite low < high");
+}
+inline void validate(const BranchSettings& s) {
+    if (!(s.min_step > 0 && s.min_step <= s.max_step && std::isfinite(s.max_step)))
+        refuse("min_step", s.min_step, "expected 0 < min_step <= max_step");
+    if (!(s.first_step > 0 && std::isfinite(s.first_step)))
+        refuse("first_step", s.first_step, "expected a number > 0");
+    require_positive("max_points", s.max_points);
+}
 inline void require_continuable(const AnySystem& system, const Vector& p) {
     require_one_surface(system);
     if (const double limit = system.s_max(p); !(limit == 1))
@@ -197,7 +186,11 @@ class BranchTracer {
 public:
     BranchTracer(const AnySystem& system, int parameter, double low, double high,
                  const BranchSettings& settings = {})
-        : system_(system), parameter_(parameter), low_(low), high_(high), settings_(settings) {}
+        : system_(system), parameter_(parameter), low_(low), high_(high), settings_(settings) {
+        detail::require_parameter(system, "parameter", parameter);
+        detail::require_range("low", low, high);
+        detail::validate(settings);
+    }
 
     /// The branch through a solved cycle, in both directions.
     /// @error std::invalid_argument unless there is one surface, a switching one without static

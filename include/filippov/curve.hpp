@@ -72,7 +72,15 @@ inline std::vector<CurveStart> curves_at_degenerate(const Cycle& c, std::size_t 
 class CurveTracer {
 public:
     CurveTracer(const AnySystem& system, const Box& box, const BranchSettings& settings = {})
-        : system_(system), box_(box), settings_(settings) {}
+        : system_(system), box_(box), settings_(settings) {
+        for (std::size_t k = 0; k < 2; ++k) {
+            detail::require_parameter(system, "box.parameters", box.parameters[k]);
+            detail::require_range("box.low", box.low[k], box.high[k]);
+        }
+        if (box.parameters[0] == box.parameters[1])
+            detail::refuse("box.parameters", box.parameters[1], "expected two different ones");
+        detail::validate(settings);
+    }
 
     /// Where a curve met a degenerate switching-sliding point: the other curves start from there.
     struct Degenerate {
@@ -709,20 +717,48 @@ private:
     std::vector<Degenerate> degenerate_;
 };
 
-/// A curve, and the curves that start at its points of codimension two.
+namespace detail {
+
+inline bool same_place(const Box& box, const Vector& p, const Vector& q) {
+    for (std::size_t k = 0; k < 2; ++k) {
+        const Eigen::Index i = box.parameters[k];
+        if (!(std::abs(p[i] - q[i]) <= 1e-6 * box.width(k)))
+            return false;
+    }
+    return true;
+}
+
+} // namespace detail
+
+/// A curve, the curves that start at its degenerate switching-sliding points, those that start at
+/// theirs, and so on: up to `most` of them.
 inline std::vector<Curve> trace_connected(const AnySystem& system, const Box& box,
                                           const CurveStart& start,
-                                          const BranchSettings& settings = {}) {
+                                          const BranchSettings& settings = {},
+                                          std::size_t most = 16) {
     CurveTracer tracer(system, box, settings);
     std::vector<Curve> all{tracer.trace(start)};
-    std::vector<Kind> known{start.kind};
-    const std::vector<CurveTracer::Degenerate> points = tracer.degenerate();
-    for (const auto& point : points)
+    std::vector<Vector> left; // points whose curves have been followed
+    for (std::size_t i = 0; i < tracer.degenerate().size(); ++i) {
+        const auto point = tracer.degenerate()[i]; // tracing finds more of them
+        const auto here = [&](const Vector& p) {
+            return detail::same_place(box, p, point.cycle.p);
+        };
+        if (std::ranges::any_of(left, here))
+            continue;
+        left.push_back(point.cycle.p);
+        const auto arrives = [&](const Curve& curve, Kind kind) {
+            return curve.kind == kind &&
+                   std::ranges::any_of(curve.special, [&](const SpecialPoint& s) {
+                       return s.kind == Kind::degenerate_switching_sliding && here(s.cycle.p);
+                   });
+        };
         for (const CurveStart& next : curves_at_degenerate(point.cycle, point.node, point.side))
-            if (std::find(known.begin(), known.end(), next.kind) == known.end()) {
-                known.push_back(next.kind);
+            if (all.size() < most && std::ranges::none_of(all, [&](const Curve& curve) {
+                    return arrives(curve, next.kind);
+                }))
                 all.push_back(tracer.trace(next));
-            }
+    }
     return all;
 }
 

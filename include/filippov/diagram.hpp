@@ -101,22 +101,32 @@ private:
     using Point = DiagramPoint<S, N>;
 
     void on_event(const Event<S, N, M>& e) {
-        const int surface = section_.surface >= 0 ? section_.surface : e.surface;
+        if (section_.surface >= 0) {
+            at_surface(e, section_.surface);
+            return;
+        }
+        // Several surfaces may change their modes at once: one point, of the first that counts.
+        bool taken = at_surface(e, e.surface);
+        for (int j = 0; j < M && !taken && is_change(e.kind); ++j)
+            taken = j != e.surface && at_surface(e, j);
+    }
+    /// True if the event counts as one of this surface.
+    bool at_surface(const Event<S, N, M>& e, int surface) {
         EventKind kind = e.kind;
-        // Several surfaces may change their modes at once.
         if (surface != e.surface) {
             if (!is_change(kind) || surface >= M || e.mode_before[surface] == e.mode_after[surface])
-                return;
+                return false;
             kind = kind_of(e.mode_before[surface], e.mode_after[surface]);
         }
         if (!section_.events.has(kind))
-            return;
+            return false;
         if (section_.direction != 0 &&
             (surface < 0 || surface >= M || e.mode_after[surface] != section_.direction))
-            return;
+            return false;
         const S when = period_ > S(0) ? S(e.period + shift_) : e.t_local;
         take({e.period, e.t_local, e.x_right, kind, surface, boundary(e, kind, surface)},
              when >= transient_);
+        return true;
     }
     /// Of a strobe.
     void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
@@ -159,8 +169,11 @@ private:
         }
     }
     void take(Point point, bool kept) {
-        if (skip_ && cycle_ == 0)
-            cycle_ = repeats_.add({point.period, point.t_local, point.x, tag(point)});
+        // also of a cycle that is known, until it is put in: from the last point on
+        if (skip_ && shift_ == 0)
+            if (const int found = repeats_.add({point.period, point.t_local, point.x, tag(point)});
+                cycle_ == 0)
+                cycle_ = found;
         point.period += shift_;
         if (kept)
             points_.push_back(point);
@@ -219,6 +232,10 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
         refuse("section.direction", d.section.direction, "expected -1, 0 or +1");
     if (!(d.section.surface >= -1))
         refuse("section.surface", d.section.surface, "expected an index, or -1");
+    if (!d.section.strobe && d.section.events.has(EventKind::section) && d.section.direction != 0)
+        refuse("section.direction", d.section.direction, "expected 0: sections have their own");
+    if (has_period && !(d.transient + d.keep < Clock<S>::most_periods))
+        refuse("transient + keep", d.transient + d.keep, "expected fewer periods");
     require_positive("chains", d.chains);
 }
 

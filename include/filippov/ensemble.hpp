@@ -59,7 +59,7 @@ private:
         stretch.max_steps = settings_.max_steps - steps;
         stretch.max_events = settings_.max_events - o.events;
         const StretchEnd<N> end = scalar_.run(stretch, worker_);
-        const bool gone = end.status != Status::interrupted && population_.beyond(end.x);
+        const bool gone = population_.gone(end.status, end.x);
         o.status = gone ? Status::escaped : end.status;
         o.x = end.x;
         o.clock = {end.clock.period, o.clock.index + end.clock.index, end.clock.local,

@@ -430,7 +430,9 @@ private:
     /// Jumps at surface j, and again while the state lands where it is thrown on.
     Status jump(const Mode<M>& before, int j) {
         if (segment_.direction() < 0)
-            return segment_.fail(Status::ambiguous, "jumps are not undone backwards in time", j);
+            return segment_.fail(
+                Status::ambiguous,
+                "jumps are not undone backwards in time, whatever on_nonunique says", j);
         const Clock<S>& now = segment_.clock();
         if (!(now.index == jump_clock_.index && now.local == jump_clock_.local))
             jumps_here_ = 0;

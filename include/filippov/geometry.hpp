@@ -4,12 +4,14 @@
 
 #include <filippov/arclength.hpp>
 #include <filippov/maps.hpp>
+#include <filippov/statistics.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -95,9 +97,20 @@ inline bool least_newton(const Equations& equations, Vector& z, const Vector& sc
     return false;
 }
 
-/// Points of a grid over a box, about `n` of them, until the caller of the system asks to stop.
+/// Points of a grid over a box, about `n` of them, until the caller of the system asks to stop; in
+/// so many dimensions that a grid has more, `n` at random, the same every time.
 template <class Use> void each_seed(const AnySystem& system, const StateBox& box, int n, Use use) {
     const auto d = box.low.size();
+    if (double(n) < std::pow(2.0, double(d))) {
+        std::mt19937_64 random(20080131);
+        for (int k = 0; k < n && !system.interrupted(); ++k) {
+            Vector x(d);
+            for (Eigen::Index i = 0; i < d; ++i)
+                x[i] = box.low[i] + (box.high[i] - box.low[i]) * uniform(random);
+            use(x);
+        }
+        return;
+    }
     const int per_axis = std::max(2, int(std::ceil(std::pow(double(n), 1.0 / double(d)))));
     std::vector<int> index(std::size_t(d), 0);
     for (;;) {
@@ -121,6 +134,7 @@ inline bool inside(const StateBox& box, const Vector& x) {
     return (x - box.low + slack).minCoeff() >= 0 && (box.high - x + slack).minCoeff() >= 0;
 }
 inline void require_box(const AnySystem& system, const StateBox& box, const Vector& p, int seeds) {
+    require_one_surface(system);
     if (box.low.size() != system.dim() || box.high.size() != system.dim())
         refuse("box", double(box.low.size()), "expected one range a state component");
     for (Eigen::Index i = 0; i < box.low.size(); ++i)
@@ -242,11 +256,11 @@ struct SlidingBoundary {
 namespace detail {
 
 /// The point of a boundary at a time, by Newton from a point nearby.
-using BoundaryPoint = std::function<bool(double t, Vector& x)>;
+using PointAt = std::function<bool(double t, Vector& x)>;
 
 /// The zero of `drift` between two neighbours, by bisection.
 inline std::optional<Tangency> tangential_point(const AnySystem& system, const Vector& p,
-                                                const BoundaryPoint& point, const Tangency& a,
+                                                const PointAt& point, const Tangency& a,
                                                 const Tangency& b) {
     double low = a.t, high = b.t;
     Tangency middle = a;
@@ -265,7 +279,7 @@ inline std::optional<Tangency> tangential_point(const AnySystem& system, const V
 }
 
 /// All of them; one at phase zero may be seen from both ends of the period, or from neither.
-inline void find_tangential(const AnySystem& system, const Vector& p, const BoundaryPoint& point,
+inline void find_tangential(const AnySystem& system, const Vector& p, const PointAt& point,
                             double T, SlidingBoundary& boundary) {
     const auto keep = [&](const Tangency& found) {
         for (const Tangency& known : boundary.tangential)
@@ -294,12 +308,13 @@ inline SlidingBoundary sliding_boundary(const AnySystem& system, int side, const
                                         const Vector& p, int n = 256) {
     if (!system.forced() || system.dim() != 2)
         throw std::invalid_argument("filippov: system: expected a forced planar one");
+    detail::require_one_surface(system);
     detail::require_side(side);
-    detail::require_point(system, 0, near, p);
+    detail::require_point(system, 0, near, p, "near");
     detail::require_positive("n", n);
     const double T = detail::require_period(system, p).value;
     const Vector scale = near.cwiseAbs().cwiseMax(1e-3 * (near.norm() > 0 ? near.norm() : 1.0));
-    const detail::BoundaryPoint point = [&](double t, Vector& x) {
+    const detail::PointAt point = [&](double t, Vector& x) {
         return detail::least_newton(detail::tangency_equations(system, side, t, p), x, scale);
     };
     SlidingBoundary boundary;
@@ -412,17 +427,21 @@ namespace detail {
 /// N = DF; it is one that slides (b > 0) where that equilibrium is virtual, or where it is real.
 /// @source di Bernardo, Nordmark & Olivar (2008), Physica D 237, 119-136
 inline void describe_boundary_equilibrium(const AnySystem& system, const Vector& p,
-                                          Equilibrium& e) {
+                                          const Vector& size, Equilibrium& e) {
     const int d = system.dim();
     const Jet f = system.rate(e.side, 0, e.x, p, {}), other = system.rate(-e.side, 0, e.x, p, {}),
               h = system.quantity({Quantity::Kind::h, e.side, 0}, 0, e.x, p, {});
     const Matrix N = f.slope.leftCols(d);
     e.eigenvalues = eigenvalues_of(N);
     const Vector normal = h.slope.row(0).head(d);
-    const Eigen::FullPivLU<Matrix> lu(N);
-    const Vector step = lu.solve(other.value - f.value);
+    // in units of the box, and of what each component of the field is made of
+    const Matrix scaled = N * size.asDiagonal();
+    const Vector rows = scaled.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
+    const Eigen::FullPivLU<Matrix> lu(rows.cwiseInverse().asDiagonal() * scaled);
+    const Vector step = size.cwiseProduct(lu.solve((other.value - f.value).cwiseQuotient(rows)));
     const double across = e.side * normal.dot(step);
-    if (!lu.isInvertible() || !(std::abs(across) > 1e-9 * normal.norm() * step.norm()))
+    if (!lu.isInvertible() ||
+        !(std::abs(across) > 1e-9 * normal.cwiseProduct(step).cwiseAbs().sum()))
         e.encounter = Equilibrium::Encounter::degenerate;
     else
         e.encounter =
@@ -482,7 +501,7 @@ inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, con
             e.real = true;
             Vector q = p;
             q[parameter] = z[d];
-            detail::describe_boundary_equilibrium(system, q, e);
+            detail::describe_boundary_equilibrium(system, q, scale.head(d), e);
             found.push_back(e);
         });
     }

@@ -80,12 +80,12 @@ public:
             const Attractor& at = attractors[a];
             boxes_.emplace_back(at.cloud, unit);
             for (std::size_t k = 0; k < at.norms.size(); ++k) {
-                const double bound = strict         ? std::min(at.radius / 10, 1e-4)
-                                     : distance > 0 ? distance
-                                                    : at.radius;
+                // what labels go by, or a tenth of it
+                const bool ball = distance > 0 && (!strict || !(at.radius > 0));
+                const double own = ball ? distance : at.radius;
+                const double bound = strict ? std::min(own / 10, 1e-4) : own;
                 if (!(bound > 0))
                     continue;
-                const bool ball = !strict && distance > 0;
                 const Matrix S =
                     scale *
                     (ball ? Matrix::Identity(unit.size(), unit.size()).eval() : at.norms[k]) *

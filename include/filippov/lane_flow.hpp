@@ -314,7 +314,7 @@ private:
         slot.slides += end.slides;
         slot.mode = static_cast<signed char>(end.mode);
         slot.before = Slot::none;
-        if (population_.beyond(end.x))
+        if (population_.gone(end.status, end.x))
             return finish(s, Status::escaped);
         if (end.status != Status::ok)
             return finish(s, end.status);

@@ -53,7 +53,7 @@ public:
           Q_(Matrix::Identity(system.dim(), system.dim())) {
         validate();
         if (system.forced())
-            unit_ = system.period(p, {}).value;
+            unit_ = require_period(system, p).value;
     }
 
     Lyapunov run() {
@@ -82,18 +82,8 @@ public:
 
 private:
     void validate() const {
-        constexpr double inf = std::numeric_limits<double>::infinity();
         const auto at_most = [](double v) { return v <= 1e12; };
-        if (x_.size() != system_.dim())
-            refuse("x0.size()", double(x_.size()), "expected dim entries");
-        if (p_.size() != Eigen::Index(system_.params().size()))
-            refuse("p.size()", double(p_.size()), "expected one entry a parameter");
-        for (Eigen::Index i = 0; i < x_.size(); ++i)
-            if (!(std::abs(x_[i]) < inf))
-                refuse("x0[" + std::to_string(i) + "]", x_[i], "expected a finite number");
-        for (Eigen::Index i = 0; i < p_.size(); ++i)
-            if (!(std::abs(p_[i]) < inf))
-                refuse("p[" + std::to_string(i) + "]", p_[i], "expected a finite number");
+        require_point(system_, 0, x_, p_, "x0");
         if (!(settings_.transient >= 0 && at_most(settings_.transient)))
             refuse("transient", settings_.transient, "expected a number from 0 to 1e12");
         if (!(settings_.stretch > 0 && at_most(settings_.stretch)))
@@ -103,6 +93,8 @@ private:
         if (!(settings_.window >= settings_.batches * settings_.stretch &&
               at_most(settings_.window)))
             refuse("window", settings_.window, "expected at least one stretch a batch");
+        if (!at_most((settings_.transient + settings_.window) / settings_.stretch))
+            refuse("stretch", settings_.stretch, "expected at most 1e12 of them");
     }
     void tell(long long stretches) const {
         if (settings_.progress)
@@ -141,52 +133,94 @@ private:
             phase_ -= std::floor(phase_);
     }
 
-    /// One stretch: the frame goes along and is made orthonormal; its growth is kept.
+    /// One stretch: the frame goes along and is made orthonormal; its growth is kept. Where one
+    /// direction shrinks so much against another that rounding hides it, the stretch is followed in
+    /// parts, and those that come in as many.
     bool advance(std::vector<Vector>* growth) {
+        const Vector x = x_;
+        const Matrix Q = Q_;
+        const double phase = phase_;
+        const bool slides = slides_;
+        for (;; ++parts_) {
+            const bool last = parts_ == most_parts;
+            Growth found;
+            bool resolved = true;
+            for (int k = 0; resolved && k < 1 << parts_; ++k)
+                if (!follow(settings_.stretch / double(1 << parts_), last, found, resolved))
+                    return false;
+            if (!resolved && last)
+                return ended(
+                    Status::not_converged,
+                    "A direction shrinks too fast for its exponent: take a smaller stretch.");
+            if (resolved) {
+                if (growth != nullptr) {
+                    result_.slides += found.slides;
+                    result_.skipped += found.skipped;
+                    if (!found.skipped)
+                        growth->push_back(found.logs);
+                }
+                return true;
+            }
+            x_ = x, Q_ = Q, phase_ = phase, slides_ = slides;
+        }
+    }
+    /// Of a stretch.
+    struct Growth {
+        Vector logs;
+        long long slides = 0;
+        bool skipped = false; ///< a part of it has no derivative
+    };
+    static constexpr int most_parts = 10; ///< as a power of two
+
+    /// A part of a stretch.
+    /// @param forgets   what is hidden by rounding is gone: with jumps, which may forget a speed
+    /// @param resolved  false where a direction shrinks too much
+    bool follow(double span, bool forgets, Growth& growth, bool& resolved) {
         if (system_.interrupted())
             return ended(Status::interrupted, std::string(message(Status::interrupted)));
         const double t0 = phase_ * unit_;
-        const Journey j = system_.journey(
-            {.t0 = t0, .x = x_, .t_end = t0 + settings_.stretch * unit_, .held = true}, p_, {});
+        const Journey j =
+            system_.journey({.t0 = t0, .x = x_, .t_end = t0 + span * unit_, .held = true}, p_, {});
         if (!ended(j.status, j.message))
             return false;
         const int d = system_.dim();
         x_ = j.end.value.head(d);
-        move(settings_.stretch);
+        move(span);
         const bool starts_sliding = slides_;
         slides_ = slid_on(j.last, surfaces_) > 0;
-        const int entered = j.slides - (starts_sliding && slid_on(j.first, surfaces_) > 0);
-        if (growth != nullptr)
-            result_.slides += entered;
+        growth.slides += j.slides - (starts_sliding && slid_on(j.first, surfaces_) > 0);
         const Matrix M = j.end.slope.topLeftCorner(d, d);
-        if (!M.allFinite()) {
-            result_.skipped += growth != nullptr;
+        growth.skipped = growth.skipped || !M.allFinite();
+        if (growth.skipped)
             return true;
-        }
         if (Q_.cols() > d - j.lost)
             forget(M, d - j.lost);
-        if (const Eigen::Index kept = rank(M); kept < Q_.cols())
-            forget(M, kept);
+        if (forgets && jumps_)
+            if (const Eigen::Index kept = rank(M, 4 * epsilon<double>); kept < Q_.cols())
+                forget(M, kept);
+        if (rank(M, forgets && jumps_ ? 0 : hidden) < Q_.cols()) {
+            resolved = false;
+            return true;
+        }
         return orthonormalise(M * Q_, growth);
     }
-    /// How many of the tangent vectors M keeps, but for its rounding: impacts may forget a speed.
-    Eigen::Index rank(const Matrix& M) const {
+    /// How many of the tangent vectors M keeps at least so much of, against its size.
+    Eigen::Index rank(const Matrix& M, double part) const {
         if (Q_.cols() == 0)
             return 0;
         const Eigen::ColPivHouseholderQR<Matrix> qr(M * Q_);
-        const double least = 4 * std::numeric_limits<double>::epsilon() * M.norm();
-        return (qr.matrixQR().diagonal().cwiseAbs().array() > least).count();
+        return (qr.matrixQR().diagonal().cwiseAbs().array() > part * M.norm()).count();
     }
+    static constexpr double hidden = 1e-9; ///< its logarithm is right to 1e-7
     /// A slide leaves no more than the directions of the surface: those that M keeps.
     void forget(const Matrix& M, Eigen::Index kept) {
         const Eigen::ColPivHouseholderQR<Matrix> rows((M * Q_).transpose());
         const Matrix all = rows.householderQ();
         Q_ = (Q_ * all.leftCols(kept)).eval();
     }
-    bool orthonormalise(const Matrix& V, std::vector<Vector>* growth) {
+    bool orthonormalise(const Matrix& V, Growth& growth) {
         if (V.cols() == 0) {
-            if (growth != nullptr)
-                growth->push_back(Vector());
+            growth.logs.resize(0);
             return true;
         }
         const Eigen::HouseholderQR<Matrix> qr(V);
@@ -194,8 +228,10 @@ private:
         if (!(r.minCoeff() > 0))
             return ended(Status::not_finite, "A tangent vector became zero or not finite.");
         Q_ = qr.householderQ() * Matrix::Identity(V.rows(), V.cols());
-        if (growth != nullptr)
-            growth->push_back(r.array().log());
+        // the vectors that are left, in their order
+        const Vector before = growth.logs.size() > 0 ? Vector(growth.logs.head(r.size()))
+                                                     : Vector(Vector::Zero(r.size()));
+        growth.logs = before + Vector(r.array().log());
         return true;
     }
 
@@ -255,6 +291,8 @@ private:
 
     const AnySystem& system_;
     const int surfaces_ = system_.surfaces();
+    const bool jumps_ = has_jumps(system_);
+    int parts_ = 0; ///< of a stretch, as a power of two
     const Vector& p_;
     const LyapunovSettings& settings_;
     Vector x_;
@@ -275,6 +313,8 @@ private:
 /// direction for good: that exponent is -inf exactly, and no logarithm of zero is taken. The error
 /// bar is that of the mean over this window, from batches; what happens after longer transients it
 /// cannot know.
+/// @error std::invalid_argument for a start, parameters or settings that make no sense; status
+///        `not_converged` where a direction shrinks beyond rounding in a thousandth of a stretch
 inline Lyapunov lyapunov(const AnySystem& system, const Vector& p, const Vector& x0,
                          const LyapunovSettings& settings = {}) {
     return detail::TangentFrame(system, p, x0, settings).run();

@@ -235,7 +235,7 @@ private:
             return;
         // A root within the resolution of a corner.
         const double f0 = detail::around(piece.a.advance()), f1 = detail::around(piece.b.advance());
-        if (f0 * f1 < 0)
+        if (f0 * f1 < 0 && std::abs(f0 - f1) < std::numbers::pi) // else it passes half a turn
             keep(std::abs(f0) < std::abs(f1) ? piece.a : piece.b, false);
     }
     static bool meet(const MapSample& a, const MapSample& b) {

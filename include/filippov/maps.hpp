@@ -33,29 +33,6 @@ struct Mapped {
 
 namespace detail {
 
-inline void require_point(const AnySystem& system, double t0, const Vector& x, const Vector& p) {
-    if (x.size() != system.dim())
-        refuse("x.size()", double(x.size()), "expected dim entries");
-    if (p.size() != Eigen::Index(system.params().size()))
-        refuse("p.size()", double(p.size()), "expected one entry a parameter");
-    for (Eigen::Index i = 0; i < x.size(); ++i)
-        if (!std::isfinite(x[i]))
-            refuse("x[" + std::to_string(i) + "]", x[i], "expected a finite number");
-    for (Eigen::Index i = 0; i < p.size(); ++i)
-        if (!std::isfinite(p[i]))
-            refuse("p[" + std::to_string(i) + "]", p[i], "expected a finite number");
-    if (!std::isfinite(t0))
-        refuse("t0", t0, "expected a finite number");
-}
-inline PeriodJet require_period(const AnySystem& system, const Vector& p,
-                                const Directions& along = {}) {
-    if (!system.forced())
-        throw std::invalid_argument("filippov: system: expected one with a period");
-    const PeriodJet T = system.period(p, along);
-    if (!(T.value > 0 && T.value < std::numeric_limits<double>::infinity()))
-        refuse("period", T.value, "expected a finite number > 0");
-    return T;
-}
 /// The parameters to derive by: indices, or -1 for none.
 inline void require_active(const Directions& along, const Vector& p) {
     for (const int i : along.active)

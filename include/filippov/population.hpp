@@ -90,6 +90,12 @@ public:
         return !(x.cwiseAbs().array() <= escape.array()).all();
     }
 
+    /// True of a run that ended outside the bounds, well or not.
+    bool gone(Status status, const Vec<double, N>& x) const {
+        return status != Status::interrupted && (status == Status::ok || x.allFinite()) &&
+               beyond(x);
+    }
+
     bool same_params = false;  ///< all members have the same parameters
     bool ends_at_exit = false; ///< the first exit from a slide ends a member, with status `event`
     /// A member of which a component is larger than this has escaped: looked at after steps in

@@ -31,6 +31,23 @@ struct Cycle {
     const Vector& next(std::size_t i) const { return x[(i + 1) % size()]; }
 };
 
+namespace detail {
+
+/// The same cycle, read from node k on.
+inline Cycle rotated(const Cycle& c, std::size_t k) {
+    Cycle r = c;
+    const std::size_t n = c.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t j = (k + i) % n;
+        r.word.letters[i] = c.word.letters[j];
+        r.x[i] = c.x[j];
+        r.t[i] = c.t[j] + (k + i >= n ? c.period : 0.0);
+    }
+    return r;
+}
+
+} // namespace detail
+
 /// The equations of the periodic orbits of a word.
 ///
 /// Unknowns are the states and times of the nodes, and parameters. A segment follows its forced

@@ -141,6 +141,21 @@ public:
                 points.push_back(std::move(*found));
         return points;
     }
+    /// Those of the points on surface j that a region can have: not where the sign of a surface
+    /// that is the same all along surface j (as x - 1 is on x + 1 = 0) is another than the
+    /// region's.
+    /// @param code  bit k: h_k > 0 in the region
+    std::vector<OnSurface> within(unsigned code, std::size_t j,
+                                  std::span<const OnSurface> points) const {
+        std::vector<OnSurface> found(points.begin(), points.end());
+        for (std::size_t k = 0; k < surfaces_.size(); ++k)
+            if (k != j && is_constant_on(points, surfaces_[k]))
+                std::erase_if(found, [&](const OnSurface& point) {
+                    const double h = value(surfaces_[k], point.at);
+                    return (code >> k & 1) != 0 ? h < 0 : h > 0;
+                });
+        return found;
+    }
     /// True if what is computed on both sides of a surface is equal on it: no further apart than
     /// rounding of the values, or of the point. Where nothing can be computed, no.
     bool continuous(std::span<const OnSurface> points, std::span<const Expr> f,
@@ -272,6 +287,18 @@ private:
     double value(Expr e, const Samples::Point& at) const {
         return graph_.value(e, at.t, at.x, at.p);
     }
+    /// True if it depends on nothing but parameters on a surface, by three points or more a draw.
+    bool is_constant_on(std::span<const OnSurface> points, Expr e) const {
+        std::map<std::vector<double>, std::vector<double>> values; // by parameters
+        for (const OnSurface& point : points)
+            values[point.at.p].push_back(value(e, point.at));
+        return !values.empty() && std::ranges::all_of(values, [](const auto& draw) {
+            const auto& [p, v] = draw;
+            return v.size() >= 3 && std::ranges::all_of(v, [&](double other) {
+                       return std::abs(other - v[0]) <= 1e-9 * std::abs(v[0]);
+                   });
+        });
+    }
     /// Newton onto h = 0 along its gradient, or in time where there is none.
     std::optional<OnSurface> put_on(Expr h, std::span<const Expr> gradient, Expr h_t,
                                     Samples::Point point) const {
@@ -343,7 +370,7 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
 
     std::vector<std::size_t> kept;
     for (std::size_t j = 0; j < n; ++j) {
-        bool changes = false, jumps = false;
+        bool changes = false, compared = false, jumps = false;
         std::optional<std::vector<detail::Splitter::OnSurface>> points;
         for (unsigned code = 0; code < 1u << n; ++code) {
             const auto& below = all[code];
@@ -353,7 +380,11 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
             changes = true;
             if (!points)
                 points = splitter.points_on(splitter.surfaces()[j]);
-            jumps = jumps || !splitter.continuous(*points, below, above);
+            const auto here = splitter.within(code, j, *points);
+            if (here.empty() && !points->empty())
+                continue; // no region of this kind touches the surface
+            compared = true;
+            jumps = jumps || !splitter.continuous(here, below, above);
         }
         if (!changes) {
             if (j < named.size())
@@ -363,7 +394,7 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
         }
         kept.push_back(j);
         d.h.push_back(splitter.surfaces()[j]);
-        d.kind.push_back(jumps ? SurfaceKind::switching : SurfaceKind::kink);
+        d.kind.push_back(jumps || !compared ? SurfaceKind::switching : SurfaceKind::kink);
         d.jump.emplace_back();
     }
     for (unsigned code = 0; code < 1u << kept.size(); ++code) {

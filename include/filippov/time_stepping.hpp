@@ -193,8 +193,9 @@ private:
             x -= change.head(n_);
             for (int a = 0; a < k; ++a)
                 s[slid[std::size_t(a)]] -= change[n_ + a];
-            const double size = std::max(change.head(n_).cwiseAbs().maxCoeff() / size_of(x, dt),
-                                         k > 0 ? change.tail(k).cwiseAbs().maxCoeff() : 0.0);
+            const double size =
+                std::max(change.head(n_).cwiseAbs().cwiseQuotient(size_of(x, dt)).maxCoeff(),
+                         k > 0 ? change.tail(k).cwiseAbs().maxCoeff() : 0.0);
             if (!(size < std::numeric_limits<double>::infinity()))
                 return false;
             // converged: below rounding's reach, or no longer falling near it
@@ -204,12 +205,14 @@ private:
         }
         return false;
     }
-    /// How large the state is, and what a step makes of it; s is 1 at most.
-    double size_of(const X& x, double dt) const {
-        const double field =
-            std::max(at_.f.cwiseAbs().maxCoeff(), m_ > 0 ? at_.f_s.cwiseAbs().maxCoeff() : 0.0);
-        return std::max({x.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff(), std::abs(dt) * field,
-                         std::numeric_limits<double>::min()});
+    /// How large each component is, and what goes into its change in a step; s is 1 at most.
+    X size_of(const X& x, double dt) const {
+        const X field = at_.f.cwiseAbs() + at_.f_s.cwiseAbs().rowwise().sum() +
+                        at_.f_x.cwiseAbs() * x.cwiseAbs();
+        return x.cwiseAbs()
+            .cwiseMax(x_.cwiseAbs())
+            .cwiseMax(std::abs(dt) * field)
+            .cwiseMax(std::numeric_limits<double>::min());
     }
 
     bool accept(double t1, const X& x, const U& s) {

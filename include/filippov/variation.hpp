@@ -111,6 +111,15 @@ public:
     /// The last change of mode.
     const Passage<D, N, M>& last() const { return last_; }
     bool singular() const { return singular_ || suspected_; }
+    /// Marks a run that is over as failed if its derivatives wanted steps too short to be taken:
+    /// the solution rests where its neighbours are stiff, and the method is explicit.
+    template <class Run> void judge(Run& run) const {
+        if (too_stiff_ && (run.status == Status::ok || run.status == Status::event)) {
+            run.status = Status::step_too_small;
+            run.diagnosis = {"derivatives: neighbours of the solution are stiff", run.t, run.x,
+                             run.mode, -1};
+        }
+    }
     /// Events accumulated: from here on the solution is held in `mode`, and so are its neighbours.
     void settle(const Clock<R>& clock, const Mode<M>& mode) {
         if constexpr (has_jumps_v<Sys>)
@@ -356,15 +365,18 @@ private:
         };
         X x1;
         rk_.step(rhs, t, x, dt, x1);
-        if (halvings > 0 && coarse(x, x1, dt)) {
-            follow_step(t, dt / 2, x, halvings - 1);
-            follow_step(t + D(dt / 2), dt / 2, x, halvings - 1);
-            return;
+        if (!too_stiff_ && coarse(x, x1, dt)) {
+            too_stiff_ = halvings == 0;
+            if (!too_stiff_) {
+                follow_step(t, dt / 2, x, halvings - 1);
+                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1);
+                return;
+            }
         }
         x = x1;
         rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
     }
-    static constexpr int most_halvings = 10;
+    static constexpr int most_halvings = 12;
 
     /// The values (k < 0), or the derivatives in one direction, as the tableau's estimate of the
     /// error sees its stages.
@@ -395,29 +407,21 @@ private:
         }
     };
     /// True if a step errs in the derivatives of first order by more than ten relative tolerances.
-    /// (Not asked where the error of the values sets the step, by more than a thousandth of the
-    /// tolerance, and they move by more than a thousandth of their size: that of their neighbours
-    /// follows.)
     bool coarse(const X& x, const X& x1, const R& dt) const {
+        using std::abs;
         const Vec<R, N> unit = scale();
-        Vec<R, N> weight, moved;
-        for (int i = 0; i < N; ++i) {
-            weight[i] = dt / unit[i];
-            moved[i] = settings_.rtol * (values_of(x1)[i] - values_of(x)[i]) / unit[i];
-        }
-        if (moved.squaredNorm() > R(1e-6 * N) &&
-            Tableau::squared_error(Part{rk_, -1}, weight) > R(1e-6))
-            return false;
         const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
         for (std::size_t k = 0; k < x[0].d.size(); ++k) {
-            R before(0), after(0);
-            for (int i = 0; i < N; ++i) {
-                const R a = value_of(x[i].d[k]) / unit[i], b = value_of(x1[i].d[k]) / unit[i];
-                before += a * a / R(N);
-                after += b * b / R(N);
-            }
-            const R allowed = tolerance * tolerance * std::max(before, after);
-            if (Tableau::squared_error(Part{rk_, int(k)}, weight) > allowed)
+            R size(0);
+            for (int i = 0; i < N; ++i)
+                size = std::max({size, R(abs(value_of(x[i].d[k])) / unit[i]),
+                                 R(abs(value_of(x1[i].d[k])) / unit[i])});
+            if (!(size > R(1e20) * std::numeric_limits<R>::min()))
+                continue; // nothing is left of it
+            Vec<R, N> weight;
+            for (int i = 0; i < N; ++i)
+                weight[i] = dt / (unit[i] * size);
+            if (Tableau::squared_error(Part{rk_, int(k)}, weight) > tolerance * tolerance)
                 return true;
         }
         return false;
@@ -444,6 +448,7 @@ private:
     const D period_; ///< infinitesimal part of the period
     RungeKutta<Tableau, D, N> rk_;
     bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
+    bool too_stiff_ = false; ///< a step in as many halves as there may be was too long
     Passage<D, N, M> last_{};
     Clock<R> jump_clock_{}; ///< of the last jump, the surface it was at, and the state before it
     int jump_surface_ = -1;
@@ -465,6 +470,8 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 /// the event that ended the run: a terminal section, or one that `observer.ends_at`. There t has
 /// derivatives, too.
 /// @param settings  in plain numbers: the run is the plain one
+/// @error  as the plain run; status `step_too_small` where derivatives want far shorter steps than
+///         the solution, which rests while its neighbours are stiff
 /// @return `singular` where a surface was met tangentially within the tolerance: derivatives are
 ///         NaN
 /// @cost   one plain run, and its accepted steps once more in dual arithmetic
@@ -541,6 +548,7 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
         for (D& v : result.x)
             detail::make_singular(v);
     }
+    variation.judge(result.run);
     return result;
 }
 
@@ -570,6 +578,7 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p,
     result.run.mode = mode;
     result.run.counters = run.counters;
     result.run.diagnosis = run.diagnosis;
+    variation.judge(result.run);
     result.t = t_end;
     result.x = variation.state_at(run.clock, t_end);
     return result;

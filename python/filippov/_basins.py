@@ -443,7 +443,7 @@ def basins(
     Warns
     -----
     UserWarning
-        If a line of the grid lies on a switching surface.
+        If a line of the grid lies on a surface.
 
     Notes
     -----

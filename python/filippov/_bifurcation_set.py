@@ -154,7 +154,7 @@ def bifurcation_set(
     """
     one_surface(sys)
     try:
-        names = two_parameters(sys, tuple(box))
+        names = two_parameters(sys, "box", tuple(box))
         pairs = [box[name] for name in names]
     except (TypeError, IndexError, KeyError):
         expected = "expected a mapping of two parameters to (low, high)"

@@ -400,7 +400,7 @@ def _in_two(
         refuse("start", start, f"expected one of {', '.join(starts)}")
     cycle = start.orbit._cycle()
     sys, params = start.orbit.system, start.orbit.params
-    names = two_parameters(sys, parameters)
+    names = two_parameters(sys, "parameter", parameters)
     expected = "expected two pairs (low, high)"
     try:
         first, second = bounds
@@ -432,16 +432,16 @@ def _in_two(
     return branch
 
 
-def two_parameters(sys: System, names: Any) -> tuple[str, str]:  # noqa: ANN401 - checked here
+def two_parameters(sys: System, argument: str, names: Any) -> tuple[str, str]:  # noqa: ANN401
     """Two different names of parameters."""
     known = ", ".join(sys.params)
     expected = f"expected two different names among {known}"
     try:
         a, b = names
     except (TypeError, ValueError):
-        refuse("parameter", names, expected)
+        refuse(argument, names, expected)
     if a not in sys.params or b not in sys.params or a == b:
-        refuse("parameter", names, expected)
+        refuse(argument, names, expected)
     return a, b
 
 

@@ -173,12 +173,18 @@ def picture_of(
 
 
 def warn_of_lines(lines: list[tuple[int, int, float]], grid: Grid) -> None:
-    """Say that rounding decides where a slide's image lies."""
-    for axis, _, value in lines:
+    """Say that rounding decides where what is on a surface lies, a slide for one."""
+    for axis, line, value in lines:
+        name, low, high, n = grid.names[axis], grid.low[axis], grid.high[axis], grid.shape[axis]
+        half = (high - low) / n / 2
+        remedy = (
+            "Move this end of the grid a little."
+            if line in (0, n)
+            else f"Shift the grid by half a cell, {name!r}: ({low + half:g}, {high + half:g}, {n})."
+        )
         warnings.warn(
-            f"the grid line {grid.names[axis]} = {value:g} lies on a switching surface: rounding "
-            "decides in which cell the image of a slide lies. Shift the grid by half a cell, or "
-            "take another number of cells.",
+            f"the grid line {name} = {value:g} lies on a surface: rounding decides in which cell "
+            f"what is on the surface lies, the image of a slide for one. {remedy}",
             stacklevel=4,
         )
 
@@ -353,7 +359,7 @@ def cell_map(
     Warns
     -----
     UserWarning
-        If a line of the grid lies on a switching surface.
+        If a line of the grid lies on a surface.
 
     Notes
     -----

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import re
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -27,7 +28,7 @@ _SYSTEM = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; 0 if all went well, 1 if a run did not end well, 2 for wrong arguments."""
     parser = _parser()
-    told = parser.parse_args(arguments)
+    told = parser.parse_args(_with_values(sys.argv[1:] if arguments is None else arguments))
     try:
         return int(told.run(told))
     except BrokenPipeError:  # `filippov info | head`
@@ -39,6 +40,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print(f"filippov {told.command}: interrupted", file=sys.stderr)
         return 130
+
+
+def _with_values(arguments: Sequence[str]) -> list[str]:
+    """Join `--start -1,0` to `--start=-1,0`: argparse takes what begins with - for an option."""
+    joined: list[str] = []
+    for text in arguments:
+        option = joined[-1] if joined else ""
+        if option.startswith("--") and "=" not in option and re.match(r"-[.\d]", text):
+            joined[-1] += f"={text}"
+        else:
+            joined.append(text)
+    return joined
 
 
 # --- arguments ------------------------------------------------------------------------------------
@@ -77,7 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     about(run)
     run.add_argument("--start", required=True, metavar="X,Y,..", help="the state at the start")
     run.add_argument("--time", required=True, metavar="FROM:TO", help="the times of both ends")
-    run.add_argument("--method", default="dop853", choices=("dop853", "dopri5"))
+    run.add_argument("--method", default="dop853", choices=("dop853", "dopri5", "rodas5p"))
     run.add_argument("--tol", type=float, default=1e-9, help="relative and absolute tolerance")
     files(run, "the steps as a table, t and the state (.csv)")
 

@@ -244,10 +244,8 @@ def ensemble(
         Parameter values by name, numbers or arrays.
     method : str
         "dop853" (eighth order, the faster one in lanes) or "dopri5".
-    rtol, atol, max_step, max_steps, max_events, on_nonunique
+    rtol, atol, max_step, first_step, max_steps, max_events, on_nonunique
         As in `simulate`, for every member.
-    first_step : float, optional
-        As in `simulate`.
     escape : float or array, shape (dim,), optional
         A member of which a component is larger than this, in size, ends with status "escaped":
         looked at after steps in lanes, else where its run ends.

@@ -249,7 +249,9 @@ def event_map(
     KeyboardInterrupt
         Within a fraction of a second of Ctrl-C; its attribute `event_map` has what was finished.
     """
-    expected = "expected a forced planar System with one switching surface"
+    expected = (
+        "expected a forced planar System with one surface, a switching one (a kink is one, too)"
+    )
     if not isinstance(sys, System):
         refuse("sys", sys, expected, TypeError)
     if sys.dim != 2 or sys.kinds != ("switching",) or "period" not in sys.capabilities:

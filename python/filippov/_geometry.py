@@ -228,7 +228,11 @@ def one_surface(sys: System) -> None:
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System with one surface", TypeError)
     if sys.kinds != ("switching",):
-        refuse("sys", sys.name, "expected a System with one surface, a switching one")
+        refuse(
+            "sys",
+            sys.name,
+            "expected a System with one surface, a switching one (a kink is one, too)",
+        )
 
 
 def seeds_of(seeds: int) -> int:

@@ -86,6 +86,13 @@ def _axes(ax: Axes | None) -> Axes:
     return plt.gca()
 
 
+def show_range(ax: Axes, values: Floats) -> None:
+    """Have the axis lead over all values, also where there is nothing to draw."""
+    if values.size:
+        ax.update_datalim([(values.min(), 0), (values.max(), 0)], updatey=False)
+        ax.autoscale_view()
+
+
 @full_names
 def plot_trajectory(
     trajectory: Trajectory,
@@ -154,7 +161,9 @@ def plot_phase(
     """Draw a phase portrait over the sliding region; see `Trajectory.plot_phase`."""
     system = trajectory.system
     if system.dim != 2 or system.surfaces != 1:
-        refuse("system", system.name, "expected a planar system with one surface")
+        refuse(
+            "system", system.name, "expected a planar system with one surface (a kink is one, too)"
+        )
     drawn = list(trajectory.segments(4))
     cloud = np.concatenate([piece.y for piece in drawn] or [trajectory.y], axis=1)
     if bounds is None:
@@ -307,6 +316,7 @@ def plot_diagram(
         if mine.any():
             style = {**POINT, "color": colour, "label": label} | artist_kw
             artists += ax.plot(diagram.param[mine], column[mine], **style)
+    show_range(ax, diagram.values)
     _name_axes(ax, diagram.parameter, "phase (rad)" if y == "phase" else y)
     return artists
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._check import word
-from ._plot import _axes, full_names, plot_trajectory
+from ._plot import _axes, full_names, plot_trajectory, show_range
 from ._sliding_region import surface_curves
 from ._types import Floats
 
@@ -112,6 +112,7 @@ def plot_branch(
         if where:
             over, height = np.array(where).T
             artists += ax.plot(over, height, label=kind, **(BIFURCATION | marker))
+    show_range(ax, branch.param[name])
     if not ax.get_xlabel():
         ax.set_xlabel(name)
     if not ax.get_ylabel():

@@ -105,7 +105,7 @@ def sliding_region(
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a planar System with one surface", TypeError)
     if sys.dim != 2 or sys.surfaces != 1:
-        refuse("sys", sys.name, "expected a planar System with one surface")
+        refuse("sys", sys.name, "expected a planar System with one surface (a kink is one, too)")
     time = number("t", t)
     axes = _axes(sys, bounds)
     values = sys._merged(params)

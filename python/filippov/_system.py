@@ -608,7 +608,8 @@ class System:
         period = self.period()
         if period is not None:
             lines.append(f"  period   {period:.9g}")
-        lines.append(f"  slides   by {self.sliding}")
+        if "switching" in self.kinds:
+            lines.append(f"  slides   by {self.sliding}")
         lines.append(f"  found    {', '.join(model.capabilities) or 'the required members only'}")
         derived = [what for what in ("grad_h", "h_t") if what not in model.capabilities]
         lines.append(f"  derived  {', '.join([*derived, 'jacobian'])} ({self._derivatives()})")

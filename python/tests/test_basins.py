@@ -108,10 +108,13 @@ def test_plain_cell_mapping_agrees_with_its_definition():
 
 
 def test_a_grid_line_on_the_surface_is_told():
-    with pytest.warns(UserWarning, match="v = 1 lies on a switching surface"):
+    with pytest.warns(UserWarning, match=r"v = 1 lies on a surface.* 'v': \(0.25, 2.25, 4\)"):
         fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (0, 2, 4)}, params=SEED)
+    with pytest.warns(UserWarning, match="v = 1 lies on a surface.* Move this end"):
+        fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (1, 2, 4)}, params=SEED)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (0.25, 2.25, 4)}, params=SEED)
         fp.cell_map(OSCILLATOR, {"y": (-2, 2, 4), "v": (0, 2, 5)}, params=SEED)
 
 

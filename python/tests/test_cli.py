@@ -53,6 +53,14 @@ def test_it_follows_a_solution(capsys, own, tmp_path):
     assert picture.stat().st_size > 10_000
 
 
+def test_values_may_be_negative(capsys):
+    assert main(["run", "relay", "--start", "-0.5,.5,-1", "--time", "-1:2"]) == 0
+    joined = capsys.readouterr().out
+    assert main(["run", "relay", "--start=-0.5,.5,-1", "--time=-1:2", "--method", "dop853"]) == 0
+    assert capsys.readouterr().out == joined
+    assert main(["run", "relay", "--start=-0.5,.5,-1", "--time=-1:2", "--method", "rodas5p"]) == 0
+
+
 def test_a_run_that_ends_early_is_no_success(capsys):
     repelled = ["-p", "c=0", "-p", "d=0", "-p", "b=-1", "--start", "0", "--time", "0:1"]
     assert main(["run", "quartet", *repelled]) == 1

@@ -177,6 +177,20 @@ def test_kinks_are_told_from_switches():
     assert dict(zip(system.switches, system.kinds, strict=True)) == {"x": "kink", "v": "switching"}
 
 
+def test_what_is_clipped_is_continuous():
+    @fp.system(state="x v", params={"a": 1.0})
+    def spring(t, s, p):
+        return s.v, -np.clip(s.x, -p.a, p.a) - np.sign(s.v)
+
+    kinds = dict(zip(spring.switches, spring.kinds, strict=True))
+    assert sorted(kinds.values()) == ["kink", "kink", "switching"]
+    assert kinds["v"] == "switching"
+    assert fp.system(state="x v")(lambda t, s, p: (s.v, -np.clip(s.x, -1, 1))).kinds == (
+        "kink",
+        "kink",
+    )
+
+
 STRIBECK = {
     "recorded": lambda law, h: fp.system(state="x v")(
         lambda t, s, p: (s.v, -2 * s.x + law(0.3 - s.v))

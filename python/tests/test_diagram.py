@@ -355,3 +355,17 @@ def test_a_strobe_needs_a_period():
     with pytest.raises(ValueError, match="relay has no period"):
         fp.bifurcation_diagram(fp.models.relay, section="strobe",
                                **{next(iter(fp.models.relay.params)): [1.0]})  # fmt: skip
+
+
+def test_pictures_lead_over_all_values():
+    plt = pytest.importorskip("matplotlib.pyplot")
+    figure, ax = plt.subplots()
+    some = fp.bifurcation_diagram(
+        fp.models.oscillator, transient=5, keep=5, max_events=3, omega=np.linspace(2, 3, 5)
+    )
+    assert some.param.size == 0  # every value failed
+    some.plot(ax)
+    low, high = ax.get_xlim()
+    assert low <= 2
+    assert high >= 3
+    plt.close(figure)

@@ -162,7 +162,11 @@ def test_xarray(one):
         ({"sys": "oscillator"}, TypeError, "sys = 'oscillator': expected a forced planar System"),
         ({"sys": fp.models.dieci_lopez}, ValueError, "'dieci_lopez': expected a forced planar"),
         ({"sys": fp.models.stiction}, ValueError, "without static friction"),
-        ({"sys": wall}, ValueError, "sys = 'wall': expected a forced planar System with one swi"),
+        (
+            {"sys": wall},
+            ValueError,
+            "sys = 'wall': expected a forced planar System with one surface, a sw",
+        ),
         ({"iterate": 0}, ValueError, "iterate = 0: expected an integer > 0"),
         ({"samples": 3}, ValueError, "samples = 3"),
         ({"rtol": 2.0}, ValueError, "rtol = 2.0"),

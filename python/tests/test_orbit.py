@@ -343,3 +343,20 @@ def test_plot_draws_slides_apart_with_surface_and_events(orbits):
         orbit.plot(ax, y="z")
     assert dict(matplotlib.rcParams) == before
     plt.close(figure)
+
+
+def test_an_orbit_of_a_system_that_switches_nowhere():
+    @fp.system(state="y v", params={"A": 1.0}, period="2*pi")
+    def spring(t, s, p):
+        return s.v, -s.y - 0.3 * s.v - s.y**3 + p.A * np.cos(t)
+
+    assert spring.kinds == ()
+    assert "slides" not in repr(spring)
+    orbit = fp.periodic_orbit(spring, rtol=1e-11, atol=1e-11)
+    assert orbit.success
+    assert orbit.stable
+    # the same by a run with derivatives
+    once = fp.strobe_map(spring, orbit.x0, t0=orbit.t0, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(once.x, orbit.x0, atol=1e-8)
+    expected = np.sort_complex(np.linalg.eigvals(once.slope[:2, :2]))
+    np.testing.assert_allclose(np.sort_complex(orbit.multipliers), expected, rtol=1e-6)
