@@ -7,7 +7,9 @@
 #include <filippov/basins.hpp>
 #include <filippov/models/oscillator.hpp>
 
+#include <array>
 #include <cmath>
+#include <set>
 
 using namespace filippov;
 using Catch::Matchers::ContainsSubstring;
@@ -33,6 +35,29 @@ struct Escaping {
     template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 1>&) const { return x[0]; }
     template <Scalar S> S period(const Vec<S, 1>& p) const {
         return S(6.283185307179586476925286766559005768L) / p[0];
+    }
+};
+
+/// A block between two springs, x'' = x - x^3 - x'/4 + cos(t)/10, beside which z chooses between
+/// -c and c: four attractors. There is no switch but far away.
+struct Beside {
+    static constexpr int dim = 3;
+    static constexpr std::array<std::string_view, 1> params{"c"};
+    static constexpr std::array<double, 1> defaults{1};
+    template <Scalar S> Vec<S, 3> f1(const S& t, const Vec<S, 3>& x, const Vec<S, 1>& p) const {
+        using elementary::cos;
+        const S z = x[2] / p[0];
+        return {x[1], x[0] - x[0] * x[0] * x[0] - S(0.25) * x[1] + S(0.1) * cos(t),
+                p[0] * (S(0.5) * z * (S(1) - z * z) + S(0.05) * x[1])};
+    }
+    template <Scalar S> Vec<S, 3> f2(const S& t, const Vec<S, 3>& x, const Vec<S, 1>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 3>& x, const Vec<S, 1>&) const {
+        return x[0] - S(100);
+    }
+    template <Scalar S> S period(const Vec<S, 1>&) const {
+        return S(6.283185307179586476925286766559005768L);
     }
 };
 
@@ -437,6 +462,41 @@ TEST_CASE("basins: parts of a picture are those of the whole, to the last bit", 
     CHECK_THROWS_WITH(finder.images({1, 1600}), ContainsSubstring("cells.first"));
     CHECK_THROWS_WITH(finder.labels(sets.attractors, {0, 3}, images[1]),
                       ContainsSubstring("images"));
+}
+
+TEST_CASE("basins: the unit of a coordinate that the picture does not have is its own",
+          "[basins]") {
+    const auto system = any_system(Beside{});
+    const auto lanes = any_lanes(Beside{});
+    const auto of = [&](double c) {
+        BasinSettings s = quick();
+        s.run.atol = {1e-10, 1e-10, 1e-10 * c};
+        return BasinFinder(*system, *lanes, {{0, -2, 2, 12}, {1, -2, 2, 12}},
+                           Vector::Constant(1, c), s)
+            .run();
+    };
+    const Basins one = of(1);
+    REQUIRE(one.attractors.size() == 4);
+    CHECK(one.unresolved == 0);
+    for (const double c : {0x1p-20, 0x1p20}) {
+        CAPTURE(c);
+        const Basins b = of(c);
+        CHECK(b.saddles.size() == one.saddles.size());
+        REQUIRE(b.attractors.size() == 4);
+        // the same attractors, perhaps in another order
+        std::array<std::int32_t, 5> same{};
+        for (std::size_t k = 0; k < 4; ++k) {
+            REQUIRE(b.attractors[k].cycle.points.size() == 1);
+            Vector x = b.attractors[k].cycle.points[0];
+            x[2] /= c;
+            for (std::size_t j = 0; j < 4; ++j)
+                if ((x - one.attractors[j].cycle.points[0]).norm() < 1e-9)
+                    same[k + 1] = std::int32_t(j + 1);
+        }
+        CHECK(std::set<std::int32_t>(same.begin(), same.end()).size() == 5);
+        for (std::size_t k = 0; k < b.label.size(); ++k)
+            CHECK(same[std::size_t(b.label[k])] == one.label[k]);
+    }
 }
 
 TEST_CASE("basins: any point is labelled as the cell is of which it is the centre", "[basins]") {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -49,15 +50,6 @@ struct BasinSettings {
 
 namespace detail {
 
-/// The unit of length of each coordinate: the width of the picture, and 1 for the rest.
-inline Vector picture_units(const CellGrid& grid, int dim) {
-    Vector unit = Vector::Ones(dim);
-    for (int k = 0; k < 2; ++k)
-        if (const CellAxis& axis = grid.axis(k); axis.coordinate < dim)
-            unit[axis.coordinate] = axis.high - axis.low;
-    return unit;
-}
-
 inline std::span<const double> view(const Vector& x) { return {x.data(), std::size_t(x.size())}; }
 /// Runs that are to be much more exact than what is judged by them.
 inline EnsembleSettings tightened(EnsembleSettings run) {
@@ -79,9 +71,13 @@ public:
     StrobePicture(const AnySystem& of, const AnyLanes& in, const CellGrid& over, Vector params,
                   BasinSettings given)
         : system(of), lanes(in), grid(over), p(std::move(params)), settings(std::move(given)),
-          unit(picture_units(grid, system.dim())) {
+          unit(Vector::Ones(system.dim())) {
         validate();
         T = require_period(system, p).value;
+        if (unit.size() > 2)
+            measure();
+        for (int k = 0; k < 2; ++k)
+            unit[grid.axis(k).coordinate] = grid.axis(k).high - grid.axis(k).low;
     }
 
     /// The state of a point of the picture.
@@ -135,10 +131,45 @@ public:
     const CellGrid grid;
     const Vector p;
     BasinSettings settings;
-    const Vector unit; ///< of length, of each coordinate
-    double T = 0;      ///< the period of the forcing
+    /// Of length, of each coordinate: the width of the picture, and of those that it does not have
+    /// the range of their values at the flashes of some runs.
+    Vector unit;
+    double T = 0; ///< the period of the forcing
 
 private:
+    /// The median of the ranges over ten periods, from sixteen points of the picture.
+    void measure() {
+        std::vector<Vector> ranges, sizes;
+        for (int k = 0; k < 16; ++k) {
+            const auto at = [&](int axis, int i) {
+                const CellAxis& a = grid.axis(axis);
+                return a.low + (a.high - a.low) * (i + 0.5) / 4;
+            };
+            Vector x = state({at(0, k / 4), at(1, k % 4)}), low = x, high = x;
+            Status status = Status::ok;
+            for (int n = 0; n < 10 && status == Status::ok && !cancelled(); ++n) {
+                const History turn = system.run(settings.t0, x, settings.t0 + T, p);
+                status = turn.status;
+                x = turn.x;
+                low = low.cwiseMin(x);
+                high = high.cwiseMax(x);
+            }
+            if (status != Status::ok)
+                continue;
+            ranges.push_back(high - low);
+            sizes.push_back(low.cwiseAbs().cwiseMax(high.cwiseAbs()));
+        }
+        for (Eigen::Index i = 0; !ranges.empty() && i < unit.size(); ++i) {
+            const auto median = [i](std::vector<Vector>& all) {
+                std::ranges::sort(all, {}, [i](const Vector& v) { return v[i]; });
+                return all[all.size() / 2][i];
+            };
+            // what hardly moves has its size for a unit
+            const double range = median(ranges), size = median(sizes);
+            const double length = range > 1e-3 * size ? range : size;
+            unit[i] = length > 0 && std::isfinite(length) ? length : 1;
+        }
+    }
     void validate() {
         const int dim = system.dim();
         if (settings.rest.size() == 0)
