@@ -54,7 +54,7 @@ struct BoundaryCurve {
     bool closed = false;              ///< the last point is joined to the first
     std::vector<BoundaryPoint> points{};
     double distance = 0; ///< from the boundary, estimated, in pictures, see Contour
-    int coarse = 0;      ///< chords that may be farther from it
+    int coarse = 0;      ///< times that a chord may be farther from it
 };
 
 /// A corner of a boundary.

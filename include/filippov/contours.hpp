@@ -30,7 +30,7 @@ struct Contour {
     /// The largest distance of the boundary from a chord before the last split, measured at 3/7 of
     /// it: an estimate of the polyline's from above, but no bound for what is thinner than a chord.
     double distance = 0;
-    int coarse = 0; ///< chords across which no boundary was found: not as close as that
+    int coarse = 0; ///< times that no boundary was found across a chord: there it is not as close
 };
 
 /// All contours of a picture.

@@ -168,20 +168,11 @@ inline BoundaryDimension boundary_dimension(const std::vector<LevelCount>& count
     if (n < 2)
         return fit;
     const std::size_t first = levels.size() - n;
-    double x = 0, y = 0;
-    for (std::size_t k = first; k < levels.size(); ++k) {
-        x += levels[k] / double(n);
-        y += logs[k] / double(n);
-    }
-    double xx = 0, xy = 0, yy = 0;
-    for (std::size_t k = first; k < levels.size(); ++k) {
-        xx += (levels[k] - x) * (levels[k] - x);
-        xy += (levels[k] - x) * (logs[k] - y);
-        yy += (logs[k] - y) * (logs[k] - y);
-    }
-    fit.value = xy / xx;
+    const Line line = fit_line(std::span(levels).subspan(first), std::span(logs).subspan(first),
+                               std::vector(n, 1.0));
+    fit.value = line.slope;
     if (n > 2)
-        fit.error = std::sqrt(std::max(yy - fit.value * xy, 0.0) / (double(n) - 2) / xx);
+        fit.error = std::sqrt(line.chi2 / (double(n) - 2) / line.spread);
     return fit;
 }
 
