@@ -4,6 +4,8 @@
 
 #include <filippov/curve.hpp>
 
+#include <functional>
+
 namespace filippov {
 
 /// How a rectangle is searched.
@@ -14,6 +16,8 @@ struct BoxSearch {
     OrbitSearch orbit{.max_turns = 1};
     BranchSettings steps{};
     int max_curves = 64;
+    /// May be empty. Called with the starts and curves that are done, and those known so far.
+    std::function<void(std::size_t done, std::size_t total)> progress{};
 };
 
 /// Branches, and the curves through the bifurcations on them and at their points of codimension
@@ -35,25 +39,36 @@ inline const Cycle& cycle_of_start(const CurveStart& start) {
 class BoxExplorer {
 public:
     BoxExplorer(const AnySystem& system, const Vector& p, const Box& box, const BoxSearch& search)
-        : system_(system), p_(p), box_(box), search_(search) {}
+        : system_(system), p_(p), box_(box), search_(search) {
+        require_positive("lines", search.lines);
+        require_positive("starts", search.starts);
+        require_positive("max_curves", search.max_curves);
+    }
 
     BifurcationSet explore() {
         for (int k = 0; k < search_.lines && !system_.interrupted(); ++k)
             follow_line(box_.low[1] + box_.width(1) * (k + 0.5) / search_.lines);
         // curves found on the way add to the queue
-        for (std::size_t i = 0; i < queue_.size(); ++i)
+        for (std::size_t i = 0; i < queue_.size(); ++i) {
             if (std::ssize(set_.curves) < search_.max_curves && !system_.interrupted())
                 follow_curve(CurveStart(queue_[i])); // the queue may grow
+            tell(std::size_t(n_starts_) + i + 1);
+        }
         return std::move(set_);
     }
 
 private:
+    void tell(std::size_t done) const {
+        if (search_.progress)
+            search_.progress(done, std::size_t(n_starts_) + queue_.size());
+    }
     void follow_line(double value) {
         const std::size_t first = set_.branches.size();
         for (int j = 0; j < search_.starts && !system_.interrupted(); ++j) {
             Vector p = p_;
             p[box_.parameters[0]] = box_.low[0] + box_.width(0) * (j + 0.5) / search_.starts;
             p[box_.parameters[1]] = value;
+            tell(done_++);
             const Orbit orbit = settle(system_, p, Vector::Zero(system_.dim()), search_.orbit);
             if (orbit.status != Status::ok) {
                 ++set_.failed_starts;
@@ -117,16 +132,15 @@ private:
     }
     /// The nodes of c lie near those of the cycle between a and b; where words differ (a node of a
     /// segment without length), near some.
-    static bool near(const Cycle& a, const Cycle& b, double u, const Cycle& c) {
-        double size = 0;
-        for (const Vector& x : c.x)
-            size = std::max(size, x.norm());
+    bool near(const Cycle& a, const Cycle& b, double u, const Cycle& c) const {
+        const Vector size = Shooting(system_, c).scales(c).head(system_.dim());
+        const auto apart = [&](const Vector& d) { return d.cwiseQuotient(size).norm(); };
         for (std::size_t i = 0; i < c.size(); ++i) {
             double best = std::numeric_limits<double>::infinity();
             for (std::size_t j = 0; j < a.size() && j < b.size(); ++j)
-                best = std::min({best, (c.x[i] - a.x[j] - u * (b.x[j] - a.x[j])).norm(),
-                                 (c.x[i] - a.x[j]).norm(), (c.x[i] - b.x[j]).norm()});
-            if (!(best < 0.05 * size))
+                best = std::min({best, apart(c.x[i] - a.x[j] - u * (b.x[j] - a.x[j])),
+                                 apart(c.x[i] - a.x[j]), apart(c.x[i] - b.x[j])});
+            if (!(best < 0.05))
                 return false;
         }
         return true;
@@ -136,6 +150,8 @@ private:
     const Vector p_;
     const Box box_;
     const BoxSearch search_;
+    const long long n_starts_ = (long long)(search_.lines) * search_.starts;
+    std::size_t done_ = 0;
     BifurcationSet set_;
     std::vector<CurveStart> queue_;
 };

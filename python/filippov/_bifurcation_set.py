@@ -16,7 +16,7 @@ from ._check import integer, number, refuse
 from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import precision
-from ._progress import ended
+from ._progress import Progress, ended, shown
 from ._store import Stored
 from ._system import System
 
@@ -111,6 +111,7 @@ def bifurcation_set(
     rtol: float = 1e-12,
     atol: float = 1e-13,
     max_steps: int = 10_000_000,
+    progress: Progress = False,
 ) -> BifurcationSet:
     """Find the bifurcations of periodic orbits in a rectangle of two parameters.
 
@@ -140,6 +141,9 @@ def bifurcation_set(
         Bound on the number of curves.
     max_step, first_step, max_points, rtol, atol, max_steps
         As in `continuation`.
+    progress : bool or function
+        True shows a bar; a function is called as `progress(done, total)`, with the starts and
+        curves that are done and those that are known so far: their number grows.
 
     Returns
     -------
@@ -167,23 +171,25 @@ def bifurcation_set(
     values = sys._merged(params)
     low, high = zip(*spans.values(), strict=True)
     tolerances = precision(rtol, atol, max_steps)
-    found = _core.bifurcation_set(
-        sys._model,
-        sys._values(params),
-        [list(sys.params).index(name) for name in names],
-        low,
-        high,
-        integer("lines", lines),
-        integer("starts", starts),
-        integer("max_turns", max_turns),
-        number("transient", transient, "expected a number >= 0", least=0.0),
-        number("window", window, "expected a number > 0", above=0.0),
-        integer("max_curves", max_curves),
-        number("first_step", first_step, "expected a number > 0", above=0.0),
-        number("max_step", max_step, "expected a number > 0", above=0.0),
-        integer("max_points", max_points),
-        *tolerances,
-    )
+    with shown(progress, "curve") as show:
+        found = _core.bifurcation_set(
+            sys._model,
+            sys._values(params),
+            [list(sys.params).index(name) for name in names],
+            low,
+            high,
+            integer("lines", lines),
+            integer("starts", starts),
+            integer("max_turns", max_turns),
+            number("transient", transient, "expected a number >= 0", least=0.0),
+            number("window", window, "expected a number > 0", above=0.0),
+            integer("max_curves", max_curves),
+            number("first_step", first_step, "expected a number > 0", above=0.0),
+            number("max_step", max_step, "expected a number > 0", above=0.0),
+            integer("max_points", max_points),
+            show,
+            *tolerances,
+        )
     over = {names[0]: spans[names[0]]}
     result = BifurcationSet(
         branches=tuple(

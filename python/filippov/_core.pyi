@@ -397,6 +397,7 @@ def bifurcation_set(
     first_step: float,
     max_step: float,
     max_points: int,
+    show: Callable[[int, int], object] | None,
     rtol: float,
     atol: float,
     max_steps: int,

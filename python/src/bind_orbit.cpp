@@ -343,8 +343,8 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
 py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>& parameters,
                   const std::array<double, 2>& low, const std::array<double, 2>& high, int lines,
                   int starts, int max_turns, double transient, double window, int max_curves,
-                  double first_step, double max_step, int max_points, double rtol, double atol,
-                  long long max_steps) {
+                  double first_step, double max_step, int max_points, const py::object& show,
+                  double rtol, double atol, long long max_steps) {
     expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
     const Box box = box_of(model, parameters, low, high);
     const Vector params = vector_of(p);
@@ -357,6 +357,7 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
     search.orbit.window = window;
     search.steps = steps(first_step, max_step, max_points);
     Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
+    search.progress = progress(show, analysis.signals);
     BifurcationSet set;
     {
         const py::gil_scoped_release unlocked;

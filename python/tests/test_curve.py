@@ -67,7 +67,11 @@ def test_folds_meet_in_a_cusp():
 
 
 def test_a_rectangle_is_explored_from_the_model_alone(tmp_path):
-    found = fp.bifurcation_set(fp.models.oscillator, BOX)
+    told = []
+    found = fp.bifurcation_set(fp.models.oscillator, BOX, progress=lambda *at: told.append(at))
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert told[0] == (0, 9)
+    assert told[-1][0] == told[-1][1] > 9
     kinds = sorted(curve.kind for curve in found.curves)
     assert kinds == ["adding-sliding", "crossing-sliding", "crossing-sliding", "switching-sliding"]
     (point,) = found.specials
