@@ -160,9 +160,9 @@ def _one(
         case "param":
             return language.name(params[index]), _ATOM
         case "add":
-            return f"{part(a, _SUM)} + {part(b, _SUM)}", _SUM
+            return _sum(part(a, _SUM), "+", part(b, _SUM)), _SUM
         case "sub":
-            return f"{part(a, _SUM)} - {part(b, _PRODUCT)}", _SUM
+            return _sum(part(a, _SUM), "-", part(b, _PRODUCT)), _SUM
         case "mul":
             return f"{part(a, _PRODUCT)}{language.product}{part(b, _PRODUCT)}", _PRODUCT
         case "div" if language.quotient is not None:
@@ -179,6 +179,13 @@ def _one(
             return language.where(part(a, _SUM), part(b, 0), part(c, 0)), _ATOM
         case _:
             return language.call(language.functions.get(op, op), part(a, 0)), _ATOM
+
+
+def _sum(left: str, sign: str, right: str) -> str:
+    """Write a sum or a difference; what is added less a number is taken away."""
+    if number := re.fullmatch(r"\(?-(\d+(\.\d+)?)\)?", right):
+        sign, right = "-" if sign == "+" else "+", number[1]
+    return f"{left} {sign} {right}"
 
 
 def text(graph: _core.Graph, e: int) -> str:

@@ -185,6 +185,7 @@ def test_what_is_clipped_is_continuous():
     kinds = dict(zip(spring.switches, spring.kinds, strict=True))
     assert sorted(kinds.values()) == ["kink", "kink", "switching"]
     assert kinds["v"] == "switching"
+    assert fp.system(state="x")(lambda t, s, p: np.sign(s.x - (-1)) + (-2)).switches == ("x + 1",)
     assert fp.system(state="x v")(lambda t, s, p: (s.v, -np.clip(s.x, -1, 1))).kinds == (
         "kink",
         "kink",
