@@ -328,7 +328,7 @@ private:
 ///                  beside corners become finer
 /// @param least     the least turn of a corner, radians, 0 < least < pi
 /// @error           std::invalid_argument for settings that make no sense
-/// @cost            about 400 labels a window, of 4 at most, and suspect
+/// @cost            about 400 labels a window, of 8 at most, and suspect
 inline std::vector<ContourCorner> find_corners(const PointLabeller& labeller, Contours& contours,
                                                const ContourSettings& settings = {},
                                                double least = 0.02) {

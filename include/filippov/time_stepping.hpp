@@ -113,9 +113,9 @@ public:
 
     TimeStepper(const Blend& blend, double t0, const X& x, const TimeSteppingSettings& settings,
                 TimeSteps<N, M>& result)
-        : blend_(blend), n_(blend.dim()), m_(blend.surfaces()), max_newton_(settings.max_newton),
-          theta_(settings.theta), result_(result), x_(x), s_(U::Zero(m_)), at_(sized()),
-          before_(sized()) {
+        : blend_(blend), settings_(settings), n_(blend.dim()), m_(blend.surfaces()),
+          max_newton_(settings.max_newton), theta_(settings.theta), result_(result), x_(x),
+          s_(U::Zero(m_)), at_(sized()), before_(sized()) {
         // it starts on the side where it is
         blend.at(t0, x, s_, at_);
         for (int j = 0; j < m_; ++j)
@@ -124,6 +124,7 @@ public:
 
     const X& x() const { return x_; }
     const U& s() const { return s_; }
+    bool interrupted() const { return interrupted_; }
 
     /// Guesses the mode from the one before, and then the others, the nearer ones first.
     bool step(double t0, double t1) {
@@ -159,7 +160,10 @@ private:
     ///   x1 = x + dt ((1 - theta) f(t0, x, s) + theta f(t1, x1, s)),   s_j = side_j and side_j
     ///   h_j(x1) >= 0, or h_j(x1) = 0 and |s_j| <= 1
     bool solves(double t1, double dt) {
-        ++result_.modes;
+        if (++result_.modes % 256 == 0 && settings_.interrupted)
+            interrupted_ = interrupted_ || settings_.interrupted();
+        if (interrupted_)
+            return false;
         X x = x_;
         U s = s_;
         std::vector<int> slid;
@@ -243,6 +247,7 @@ private:
     using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most, 1>;
 
     const Blend& blend_;
+    const TimeSteppingSettings& settings_;
     const int n_, m_, max_newton_;
     const double theta_;
     TimeSteps<N, M>& result_;
@@ -250,6 +255,7 @@ private:
     U s_;
     std::vector<int> mode_;
     double t0_ = 0;
+    bool interrupted_ = false;
     BlendSlopes<N, M> at_, before_; ///< at the end of the step, and at its start
 };
 
@@ -297,12 +303,8 @@ TimeSteps<N, M> time_stepping(const Blend& blend, const Vec<double, N>& x0, doub
     const double dt = (t_end - t0) / double(settings.steps);
     for (long long k = 1; k <= settings.steps; ++k) {
         const double t1 = k == settings.steps ? t_end : t0 + double(k) * dt;
-        if (settings.interrupted && k % 256 == 0 && settings.interrupted()) {
-            result.status = Status::interrupted;
-            break;
-        }
         if (!stepper.step(t0 + double(k - 1) * dt, t1)) {
-            result.status = Status::not_converged;
+            result.status = stepper.interrupted() ? Status::interrupted : Status::not_converged;
             break;
         }
         result.steps = k;
