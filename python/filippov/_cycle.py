@@ -140,7 +140,9 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
         log["phase"] = 2 * np.pi * (t / forcing % 1)
     surface = columns["surface"][before]
     sides = modes_of(mode, sys.surfaces)
-    slides = np.take_along_axis(sides, surface[None, :], 0)[0] == 0
+    slides = np.zeros(mode.size, np.bool_)
+    if sys.surfaces:
+        slides = np.take_along_axis(sides, surface[None, :], 0)[0] == 0
     modes = sides[0] if sys.surfaces == 1 else sides.T
     log["mode_before"] = modes[before]
     log["mode_after"] = modes

@@ -181,9 +181,10 @@ class Orbit(Stored):
             return f"<Orbit of {self.system.name}: {self.status}: {self.message}>"
         what = "stable" if self.stable else "unstable"
         sizes = ", ".join(f"{abs(m):.4g}" for m in self.multipliers)
+        word = f"word {self.word}, " if self.word else ""  # none where nothing switches
         turns = f" ({self.turns} of the forcing)" if self.turns > 1 else ""
         return (
-            f"<Orbit of {self.system.name}: word {self.word}, period {self.period:.9g}{turns}, "
+            f"<Orbit of {self.system.name}: {word}period {self.period:.9g}{turns}, "
             f"{what}, |multipliers| {sizes}>"
         )
 

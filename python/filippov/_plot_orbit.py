@@ -67,7 +67,8 @@ def plot_orbit(
     artists: list[Artist] = []
     if (x, y) == state:
         low, high = run.y.min(axis=1), run.y.max(axis=1)
-        margin = 0.08 * np.maximum(high - low, 1e-3)
+        size = np.maximum(np.abs(low), np.abs(high))
+        margin = 0.08 * np.maximum(high - low, np.where(size > 0, 1e-3 * size, 1.0))
         box = np.column_stack([low - margin, high + margin])
         for curve in surface_curves(orbit.system, orbit.t0, box, orbit.params):
             label = None if artists else "h = 0"

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -142,16 +143,35 @@ def _axes(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:
 
 
 def _curves(sys: System, t: float, axes: tuple[Floats, Floats], params: Params) -> list[Floats]:
-    """Find the surface as curves, by marching squares."""
+    """Find all surfaces as curves, by marching squares."""
+    if sys.surfaces == 0:
+        return []
     u, v = axes
     grid = np.stack(np.meshgrid(u, v, indexing="ij"))
-    h = np.asarray(sys.h(t, grid.reshape(2, -1), params)).reshape(u.size, v.size)
+    h = np.asarray(sys.h(t, grid.reshape(2, -1), params)).reshape(sys.surfaces, u.size, v.size)
+    values = sys._values(params)
+
+    def on_surface(j: int, points: list[Floats]) -> Floats:
+        return sys._model.project(np.array([t]), np.array(points), j, values)
+
+    return [
+        curve
+        for j, each in enumerate(h)
+        for curve in _curves_of(grid, each, functools.partial(on_surface, j))
+    ]
+
+
+def _curves_of(
+    grid: Floats, h: Floats, on_surface: Callable[[list[Floats]], Floats]
+) -> list[Floats]:
+    """Find h = 0 from its values on a grid."""
     above = h > 0
+    nu, nv = h.shape
     # A crossed edge is known by its first corner and its direction (0: along u, 1: along v).
     points: dict[tuple[int, int, int], int] = {}
     found: list[Floats] = []
     for axis, (di, dj) in enumerate([(1, 0), (0, 1)]):
-        a = (slice(None, u.size - di), slice(None, v.size - dj))
+        a = (slice(None, nu - di), slice(None, nv - dj))
         b = (slice(di, None), slice(dj, None))
         for i, j in np.argwhere(above[a] != above[b]):
             h0, h1 = h[i, j], h[i + di, j + dj]
@@ -160,7 +180,7 @@ def _curves(sys: System, t: float, axes: tuple[Floats, Floats], params: Params) 
             found.append(corner + (other - corner) * (h0 / (h0 - h1)))
     if not found:
         return []
-    on_surface = sys._model.project(np.array([t]), np.array(found), 0, sys._values(params))
+    moved = on_surface(found)
 
     links: dict[int, list[int]] = {k: [] for k in range(len(found))}
     cells = {
@@ -171,11 +191,11 @@ def _curves(sys: System, t: float, axes: tuple[Floats, Floats], params: Params) 
     for i, j in sorted(cells):
         edges = [(i, j, 0), (i, j, 1), (i, j + 1, 0), (i + 1, j, 1)]
         met = [points[edge] for edge in edges if edge in points]
-        inside = 0 <= i < u.size - 1 and 0 <= j < v.size - 1
+        inside = 0 <= i < nu - 1 and 0 <= j < nv - 1
         for k in range(0, len(met) - 1 if inside else 0, 2):
             links[met[k]].append(met[k + 1])
             links[met[k + 1]].append(met[k])
-    return [on_surface[chain].T for chain in _chains(links)]
+    return [moved[chain].T for chain in _chains(links)]
 
 
 def _chains(links: dict[int, list[int]]) -> list[list[int]]:
@@ -198,7 +218,7 @@ def _chains(links: dict[int, list[int]]) -> list[list[int]]:
 
 
 def surface_curves(sys: System, t: float, box: Floats, params: Params) -> list[Floats]:
-    """Curves of the surface of a planar system in a rectangle, box of shape (2, 2): low, high."""
+    """Curves of the surfaces of a planar system in a rectangle, box of shape (2, 2): low, high."""
     u, v = (np.linspace(low, high, 101) for low, high in box)
     return _curves(sys, t, (u, v), params)
 

@@ -360,3 +360,23 @@ def test_an_orbit_of_a_system_that_switches_nowhere():
     np.testing.assert_allclose(once.x, orbit.x0, atol=1e-8)
     expected = np.sort_complex(np.linalg.eigvals(once.slope[:2, :2]))
     np.testing.assert_allclose(np.sort_complex(orbit.multipliers), expected, rtol=1e-6)
+    assert repr(orbit).startswith("<Orbit of spring: period 6.28318531")
+
+
+def test_an_orbit_is_drawn_with_all_surfaces_that_there_are():
+    plt = pytest.importorskip("matplotlib.pyplot")
+
+    @fp.system(state="x v", params={"A": 2.0}, period="2*pi/1.3")
+    def rubbing(t, s, p):
+        friction = 0.3 * np.sign(s.v) + 0.2 * np.sign(s.v - 0.5)
+        return s.v, -s.x - 0.2 * s.v - friction + p.A * np.cos(1.3 * t)
+
+    nowhere = fp.system(state="x v", period="2*pi")(
+        lambda t, s, p: (s.v, -0.3 * s.v - 2 * s.x + np.cos(t))
+    )
+    for system, surfaces in ((rubbing, 2), (nowhere, 0)):
+        figure, ax = plt.subplots()
+        lines = fp.periodic_orbit(system).plot(ax)
+        drawn = [line for line in lines if np.ptp(line.get_ydata()) < 1e-12]
+        assert len(drawn) == surfaces
+        plt.close(figure)
