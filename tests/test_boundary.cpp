@@ -92,7 +92,12 @@ struct Scene {
     UnstableSet unstable(const UnstableSettings& how = {}) const {
         return unstable_set(*system, *lanes, basins, basins.saddles.at(0), p, settings, how);
     }
-    Vector unit() const { return detail::picture_units(basins.grid, 2); }
+    Vector unit() const {
+        const auto width = [&](int k) {
+            return basins.grid.axis(k).high - basins.grid.axis(k).low;
+        };
+        return Vector{{width(0), width(1)}};
+    }
     double apart(const Vector& a, const Vector& b) const {
         return (a - b).cwiseQuotient(unit()).norm();
     }
