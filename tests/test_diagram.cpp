@@ -312,7 +312,7 @@ TEST_CASE("diagram: steps over many flashes leave none out, and take none twice"
         REQUIRE(all.points.size() == 2000);
         REQUIRE(some.points.size() == 2000);
         for (std::size_t k = 0; k < 2000; ++k) {
-            REQUIRE(all.points[k].period == 101 + (long long)k);
+            REQUIRE(all.points[k].period == 101 + static_cast<long long>(k));
             REQUIRE(some.points[k].period == all.points[k].period);
             // steps at the limit of stability wander by the tolerance
             REQUIRE(std::abs(some.points[k].x[0] - all.points[k].x[0]) < d.run.rtol);

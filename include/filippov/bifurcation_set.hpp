@@ -150,7 +150,7 @@ private:
     const Vector p_;
     const Box box_;
     const BoxSearch search_;
-    const long long n_starts_ = (long long)(search_.lines) * search_.starts;
+    const long long n_starts_ = static_cast<long long>(search_.lines) * search_.starts;
     std::size_t done_ = 0;
     BifurcationSet set_;
     std::vector<CurveStart> queue_;
