@@ -352,24 +352,34 @@ private:
         if (!closed_form(t, step.dt, x1)) {
             if (!have_k0_)
                 rk_.k[0] = field_at(mode_, t, x_);
-            follow_step(t, step.dt, x1, most_halvings);
+            follow_step(t, step.dt, x1, most_halvings, unknown_errors(), unknown_errors());
             have_k0_ = true;
         }
         x_ = on_surface(with_values(x1, step.x1), t + D(step.dt), mode_);
     }
+    /// Of a step in the derivatives, by direction, in units of the tolerance.
+    using Errors = std::array<R, std::tuple_size_v<decltype(D::d)>>;
+    static constexpr Errors unknown_errors() {
+        Errors e;
+        e.fill(std::numeric_limits<R>::infinity());
+        return e;
+    }
     /// Takes x and k[0] a step on. Steps are chosen for the values alone, which may rest while
     /// their neighbours run away: where an infinitesimal needs it, a step is taken in halves.
-    void follow_step(const D& t, const R& dt, X& x, int halvings) {
+    /// @param twice, four  errors of steps of twice and of four times the length around here
+    void follow_step(const D& t, const R& dt, X& x, int halvings, const Errors& twice,
+                     const Errors& four) {
         const auto rhs = [&](std::size_t, const D& time, const X& at) {
             return field_at(mode_, time, at);
         };
         X x1;
         rk_.step(rhs, t, x, dt, x1);
-        if (!too_stiff_ && coarse(x, x1, dt)) {
+        Errors errors;
+        if (!too_stiff_ && coarse(x, x1, dt, twice, four, errors)) {
             too_stiff_ = halvings == 0;
             if (!too_stiff_) {
-                follow_step(t, dt / 2, x, halvings - 1);
-                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1);
+                follow_step(t, dt / 2, x, halvings - 1, errors, twice);
+                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1, errors, twice);
                 return;
             }
         }
@@ -378,16 +388,13 @@ private:
     }
     static constexpr int most_halvings = 12;
 
-    /// The values (k < 0), or the derivatives in one direction, as the tableau's estimate of the
-    /// error sees its stages.
+    /// The derivatives in one direction, as the tableau's estimate of the error sees its stages.
     struct Part {
         using Scalar = R;
         const RungeKutta<Tableau, D, N>& rk;
-        int k;
+        std::size_t k;
 
-        R of(const D& x) const {
-            return k < 0 ? value_of(x) : value_of(x.d[static_cast<std::size_t>(k)]);
-        }
+        R of(const D& x) const { return value_of(x.d[k]); }
 
         template <class Row> R mean_square(Row, const Vec<R, N>& weight) const {
             static constexpr auto row = [] {
@@ -406,25 +413,33 @@ private:
             return sum / R(N);
         }
     };
-    /// True if a step errs in the derivatives of first order by more than ten relative tolerances.
-    bool coarse(const X& x, const X& x1, const R& dt) const {
+    /// True if a step errs in the derivatives of first order by more than ten relative tolerances,
+    /// unless that is rounding, of what cancels: then it is not much less than in longer steps (of
+    /// two, since the estimate in one of them may be small by chance).
+    bool coarse(const X& x, const X& x1, const R& dt, const Errors& twice, const Errors& four,
+                Errors& errors) const {
         using std::abs;
+        using std::sqrt;
         const Vec<R, N> unit = scale();
         const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
-        for (std::size_t k = 0; k < x[0].d.size(); ++k) {
+        bool found = false;
+        for (std::size_t k = 0; k < errors.size(); ++k) {
             R size(0);
             for (int i = 0; i < N; ++i)
                 size = std::max({size, R(abs(value_of(x[i].d[k])) / unit[i]),
                                  R(abs(value_of(x1[i].d[k])) / unit[i])});
+            errors[k] = R(0);
             if (!(size > R(1e20) * std::numeric_limits<R>::min()))
                 continue; // nothing is left of it
             Vec<R, N> weight;
             for (int i = 0; i < N; ++i)
                 weight[i] = dt / (unit[i] * size);
-            if (Tableau::squared_error(Part{rk_, int(k)}, weight) > tolerance * tolerance)
-                return true;
+            const R error = sqrt(Tableau::squared_error(Part{rk_, k}, weight));
+            errors[k] = error * size;
+            const bool falls = errors[k] < twice[k] / R(8) || errors[k] < four[k] / R(64);
+            found = found || (error > tolerance && falls);
         }
-        return false;
+        return found;
     }
     bool closed_form([[maybe_unused]] const D& t, [[maybe_unused]] const R& dt,
                      [[maybe_unused]] X& x1) const {

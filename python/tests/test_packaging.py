@@ -18,7 +18,8 @@ def test_a_cmake_project_uses_what_pip_installed(tmp_path):
     cmake = shutil.which("cmake") or pytest.skip("no cmake")
     if not CONSUMER.is_dir():
         pytest.skip("the consumer's project is in the repository only")
-    run = [cmake, "-S", str(CONSUMER), "-B", str(tmp_path), "-DCONSUMER_WAY=package"]
+    run = [cmake, "-G", "Ninja", "-S", str(CONSUMER), "-B", str(tmp_path)]
+    run += ["-DCONSUMER_WAY=package"]
     run += [f"-Dfilippov_DIR={fp.get_cmake_dir()}", f"-DCONSUMER_VERSION={fp.__version__}"]
     subprocess.run(run, check=True, timeout=300, capture_output=True)
     subprocess.run([cmake, "--build", str(tmp_path)], check=True, timeout=600, capture_output=True)

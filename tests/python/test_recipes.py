@@ -157,6 +157,6 @@ def test_conan_makes_a_package_that_a_project_uses(tmp_path):
     for name in ("main.cpp", "second.cpp"):
         shutil.copy(ROOT / "tests/consumer" / name, tmp_path)
     toolchain = "-DCMAKE_TOOLCHAIN_FILE=deps/conan_toolchain.cmake"
-    run(cmake, "-S", ".", "-B", "build", toolchain, "-DCMAKE_BUILD_TYPE=Release")
+    run(cmake, "-S", ".", "-B", "build", "-G", "Ninja", toolchain, "-DCMAKE_BUILD_TYPE=Release")
     run(cmake, "--build", "build")
     assert run(tmp_path / "build/consumer") == f"filippov {VERSION}\n"
