@@ -352,41 +352,57 @@ private:
         if (!closed_form(t, step.dt, x1)) {
             if (!have_k0_)
                 rk_.k[0] = field_at(mode_, t, x_);
-            follow_step(t, step.dt, x1, most_halvings, unknown_errors(), unknown_errors());
+            follow_step(t, step.dt, x1, most_halvings, PerDirection{});
             have_k0_ = true;
         }
         x_ = on_surface(with_values(x1, step.x1), t + D(step.dt), mode_);
     }
-    /// Of a step in the derivatives, by direction, in units of the tolerance.
-    using Errors = std::array<R, std::tuple_size_v<decltype(D::d)>>;
-    static constexpr Errors unknown_errors() {
-        Errors e;
-        e.fill(std::numeric_limits<R>::infinity());
-        return e;
-    }
+    /// A number for each direction, in units of the tolerance.
+    using PerDirection = std::array<R, std::tuple_size_v<decltype(D::d)>>;
+
     /// Takes x and k[0] a step on. Steps are chosen for the values alone, which may rest while
     /// their neighbours run away: where an infinitesimal needs it, a step is taken in halves.
-    /// @param twice, four  errors of steps of twice and of four times the length around here
-    void follow_step(const D& t, const R& dt, X& x, int halvings, const Errors& twice,
-                     const Errors& four) {
+    /// @param whole  errors of the step that this is a part of
+    void follow_step(const D& t, const R& dt, X& x, int halvings, const PerDirection& whole) {
         const auto rhs = [&](std::size_t, const D& time, const X& at) {
             return field_at(mode_, time, at);
         };
         X x1;
         rk_.step(rhs, t, x, dt, x1);
-        Errors errors;
-        if (!too_stiff_ && coarse(x, x1, dt, twice, four, errors)) {
-            too_stiff_ = halvings == 0;
-            if (!too_stiff_) {
-                follow_step(t, dt / 2, x, halvings - 1, errors, twice);
-                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1, errors, twice);
+        PerDirection errors{};
+        if (!too_stiff_ && coarse(x, x1, dt, errors)) {
+            if (halvings > 0) {
+                const PerDirection& all = halvings == most_halvings ? errors : whole;
+                follow_step(t, dt / 2, x, halvings - 1, all);
+                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1, all);
                 return;
             }
+            give_up(x, x1, errors, whole);
         }
         x = x1;
         rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
     }
     static constexpr int most_halvings = 12;
+
+    /// The shortest steps err, too. In neighbours that are stiff they do by many orders less than
+    /// the whole step; otherwise it is rounding, of what cancels, and not asked for again.
+    void give_up(const X& x, const X& x1, const PerDirection& errors, const PerDirection& whole) {
+        for (std::size_t k = 0; k < errors.size(); ++k)
+            if (errors[k] > R(0)) {
+                too_stiff_ = too_stiff_ || errors[k] < whole[k] * R(0x1p-30);
+                noise_[k] = R(1e3) * size_of(x, x1, k);
+            }
+    }
+    /// Of the derivatives in direction k, at both ends of a step.
+    R size_of(const X& x, const X& x1, std::size_t k) const {
+        using std::abs;
+        const Vec<R, N> unit = scale();
+        R size(0);
+        for (int i = 0; i < N; ++i)
+            size = std::max({size, R(abs(value_of(x[i].d[k])) / unit[i]),
+                             R(abs(value_of(x1[i].d[k])) / unit[i])});
+        return size;
+    }
 
     /// The derivatives in one direction, as the tableau's estimate of the error sees its stages.
     struct Part {
@@ -413,31 +429,25 @@ private:
             return sum / R(N);
         }
     };
-    /// True if a step errs in the derivatives of first order by more than ten relative tolerances,
-    /// unless that is rounding, of what cancels: then it is not much less than in longer steps (of
-    /// two, since the estimate in one of them may be small by chance).
-    bool coarse(const X& x, const X& x1, const R& dt, const Errors& twice, const Errors& four,
-                Errors& errors) const {
-        using std::abs;
+    /// True if a step errs in the derivatives of first order by more than ten relative tolerances.
+    /// @param errors  of the directions in which it does
+    bool coarse(const X& x, const X& x1, const R& dt, PerDirection& errors) const {
         using std::sqrt;
         const Vec<R, N> unit = scale();
         const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
         bool found = false;
         for (std::size_t k = 0; k < errors.size(); ++k) {
-            R size(0);
-            for (int i = 0; i < N; ++i)
-                size = std::max({size, R(abs(value_of(x[i].d[k])) / unit[i]),
-                                 R(abs(value_of(x1[i].d[k])) / unit[i])});
-            errors[k] = R(0);
-            if (!(size > R(1e20) * std::numeric_limits<R>::min()))
-                continue; // nothing is left of it
+            const R size = size_of(x, x1, k);
+            if (!(size > noise_[k] && size > R(1e20) * std::numeric_limits<R>::min()))
+                continue; // nothing is left of it but rounding
             Vec<R, N> weight;
             for (int i = 0; i < N; ++i)
                 weight[i] = dt / (unit[i] * size);
             const R error = sqrt(Tableau::squared_error(Part{rk_, k}, weight));
-            errors[k] = error * size;
-            const bool falls = errors[k] < twice[k] / R(8) || errors[k] < four[k] / R(64);
-            found = found || (error > tolerance && falls);
+            if (error > tolerance) {
+                errors[k] = error * size;
+                found = true;
+            }
         }
         return found;
     }
@@ -463,6 +473,7 @@ private:
     const D period_; ///< infinitesimal part of the period
     RungeKutta<Tableau, D, N> rk_;
     bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
+    PerDirection noise_{};   ///< derivatives below this are rounding
     bool too_stiff_ = false; ///< a step in as many halves as there may be was too long
     Passage<D, N, M> last_{};
     Clock<R> jump_clock_{}; ///< of the last jump, the surface it was at, and the state before it
