@@ -293,7 +293,7 @@ private:
         for (const OnSurface& point : points)
             values[point.at.p].push_back(value(e, point.at));
         return !values.empty() && std::ranges::all_of(values, [](const auto& draw) {
-            const auto& [p, v] = draw;
+            const std::vector<double>& v = draw.second;
             return v.size() >= 3 && std::ranges::all_of(v, [&](double other) {
                        return std::abs(other - v[0]) <= 1e-9 * std::abs(v[0]);
                    });
