@@ -259,6 +259,14 @@ inline PeriodJet require_period(const AnySystem& system, const Vector& p,
         refuse("period", T.value, "expected a finite number > 0");
     return T;
 }
+inline void require_parameter(const AnySystem& system, const std::string& name, int k) {
+    if (!(k >= 0 && std::size_t(k) < system.params().size()))
+        refuse(name, k, "expected an index of a parameter");
+}
+inline void require_range(const std::string& name, double low, double high) {
+    if (!(low < high && std::isfinite(high - low)))
+        refuse(name, low, "expected finite low < high");
+}
 /// True if there are surfaces at which the state jumps.
 inline bool has_jumps(const AnySystem& system) {
     const auto kinds = system.kinds();

@@ -4,6 +4,8 @@
 
 #include <filippov/shooting.hpp>
 
+#include <Eigen/QR>
+
 namespace filippov {
 
 /// A curve F(z) = 0 in units of `scale`.

@@ -156,16 +156,6 @@ inline SpecialPoint special_point(const AnySystem& system, const SlidingConditio
     return special;
 }
 
-/// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
-/// the four.
-inline void require_parameter(const AnySystem& system, const char* name, int k) {
-    if (!(k >= 0 && std::size_t(k) < system.params().size()))
-        refuse(name, k, "expected an index of a parameter");
-}
-inline void require_range(const char* name, double low, double high) {
-    if (!(low < high && std::isfinite(high - low)))
-        refuse(name, low, "expected finite low < high");
-}
 inline void validate(const BranchSettings& s) {
     if (!(s.min_step > 0 && s.min_step <= s.max_step && std::isfinite(s.max_step)))
         refuse("min_step", s.min_step, "expected 0 < min_step <= max_step");
@@ -173,6 +163,8 @@ inline void validate(const BranchSettings& s) {
         refuse("first_step", s.first_step, "expected a number > 0");
     require_positive("max_points", s.max_points);
 }
+/// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
+/// the four.
 inline void require_continuable(const AnySystem& system, const Vector& p) {
     require_one_surface(system);
     if (const double limit = system.s_max(p); !(limit == 1))

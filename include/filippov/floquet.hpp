@@ -5,7 +5,6 @@
 #include <filippov/shooting.hpp>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include <cmath>

@@ -138,8 +138,7 @@ inline void require_box(const AnySystem& system, const StateBox& box, const Vect
     if (box.low.size() != system.dim() || box.high.size() != system.dim())
         refuse("box", double(box.low.size()), "expected one range a state component");
     for (Eigen::Index i = 0; i < box.low.size(); ++i)
-        if (!(box.low[i] < box.high[i] && std::isfinite(box.high[i] - box.low[i])))
-            refuse("box.low[" + std::to_string(i) + "]", box.low[i], "expected finite low < high");
+        require_range("box.low[" + std::to_string(i) + "]", box.low[i], box.high[i]);
     require_point(system, 0, box.low, p);
     require_positive("seeds", seeds);
 }
@@ -456,10 +455,8 @@ inline std::vector<Equilibrium> boundary_equilibria(const AnySystem& system, con
                                                     Vector p, int parameter, double low,
                                                     double high, int seeds = 64) {
     detail::require_box(system, box, p, seeds);
-    if (!(parameter >= 0 && parameter < p.size()))
-        detail::refuse("parameter", parameter, "expected an index of a parameter");
-    if (!(low < high && std::isfinite(high - low)))
-        detail::refuse("low", low, "expected finite low < high");
+    detail::require_parameter(system, "parameter", parameter);
+    detail::require_range("low", low, high);
     for (const double value : {low, low + (high - low) / 2, high}) {
         p[parameter] = value;
         detail::require_autonomous(system, box, p);

@@ -6,7 +6,6 @@
 #include <filippov/word.hpp>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <cmath>
 #include <functional>

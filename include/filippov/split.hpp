@@ -141,20 +141,24 @@ public:
                 points.push_back(std::move(*found));
         return points;
     }
-    /// Those of the points on surface j that a region can have: not where the sign of a surface
-    /// that is the same all along surface j (as x - 1 is on x + 1 = 0) is another than the
-    /// region's.
-    /// @param code  bit k: h_k > 0 in the region
-    std::vector<OnSurface> within(unsigned code, std::size_t j,
-                                  std::span<const OnSurface> points) const {
-        std::vector<OnSurface> found(points.begin(), points.end());
+    /// Surfaces other than j that have one sign all along surface j, as x - 1 on x + 1 = 0.
+    std::vector<std::size_t> of_one_sign(std::size_t j, std::span<const OnSurface> points) const {
+        std::vector<std::size_t> found;
         for (std::size_t k = 0; k < surfaces_.size(); ++k)
             if (k != j && is_constant_on(points, surfaces_[k]))
-                std::erase_if(found, [&](const OnSurface& point) {
-                    const double h = value(surfaces_[k], point.at);
-                    return (code >> k & 1) != 0 ? h < 0 : h > 0;
-                });
+                found.push_back(k);
         return found;
+    }
+    /// Those of the points that a region can have, by the signs of these surfaces.
+    /// @param code  bit k: h_k > 0 in the region
+    std::vector<OnSurface> within(unsigned code, std::span<const std::size_t> surfaces,
+                                  std::vector<OnSurface> points) const {
+        for (const std::size_t k : surfaces)
+            std::erase_if(points, [&](const OnSurface& point) {
+                const double h = value(surfaces_[k], point.at);
+                return (code >> k & 1) != 0 ? h < 0 : h > 0;
+            });
+        return points;
     }
     /// True if what is computed on both sides of a surface is equal on it: no further apart than
     /// rounding of the values, or of the point. Where nothing can be computed, no.
@@ -371,17 +375,20 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
     std::vector<std::size_t> kept;
     for (std::size_t j = 0; j < n; ++j) {
         bool changes = false, compared = false, jumps = false;
-        std::optional<std::vector<detail::Splitter::OnSurface>> points;
+        std::vector<detail::Splitter::OnSurface> points;
+        std::vector<std::size_t> others;
         for (unsigned code = 0; code < 1u << n; ++code) {
             const auto& below = all[code];
             const auto& above = all[code | (1u << j)];
             if ((code >> j) & 1 || below == above)
                 continue;
-            changes = true;
-            if (!points)
+            if (!changes) {
                 points = splitter.points_on(splitter.surfaces()[j]);
-            const auto here = splitter.within(code, j, *points);
-            if (here.empty() && !points->empty())
+                others = splitter.of_one_sign(j, points);
+            }
+            changes = true;
+            const auto here = splitter.within(code, others, points);
+            if (here.empty() && !points.empty())
                 continue; // no region of this kind touches the surface
             compared = true;
             jumps = jumps || !splitter.continuous(here, below, above);

@@ -387,16 +387,16 @@ private:
     /// The shortest steps err, too. In neighbours that are stiff they do by many orders less than
     /// the whole step; otherwise it is rounding, of what cancels, and not asked for again.
     void give_up(const X& x, const X& x1, const PerDirection& errors, const PerDirection& whole) {
+        const Vec<R, N> unit = scale();
         for (std::size_t k = 0; k < errors.size(); ++k)
             if (errors[k] > R(0)) {
                 too_stiff_ = too_stiff_ || errors[k] < whole[k] * R(0x1p-30);
-                noise_[k] = R(1e3) * size_of(x, x1, k);
+                noise_[k] = R(1e3) * size_of(x, x1, k, unit);
             }
     }
     /// Of the derivatives in direction k, at both ends of a step.
-    R size_of(const X& x, const X& x1, std::size_t k) const {
+    static R size_of(const X& x, const X& x1, std::size_t k, const Vec<R, N>& unit) {
         using std::abs;
-        const Vec<R, N> unit = scale();
         R size(0);
         for (int i = 0; i < N; ++i)
             size = std::max({size, R(abs(value_of(x[i].d[k])) / unit[i]),
@@ -437,7 +437,7 @@ private:
         const R tolerance = R(10) * std::max(settings_.rtol, derivative_error<R>(sys_));
         bool found = false;
         for (std::size_t k = 0; k < errors.size(); ++k) {
-            const R size = size_of(x, x1, k);
+            const R size = size_of(x, x1, k, unit);
             if (!(size > noise_[k] && size > R(1e20) * std::numeric_limits<R>::min()))
                 continue; // nothing is left of it but rounding
             Vec<R, N> weight;

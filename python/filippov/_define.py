@@ -425,13 +425,16 @@ def check_period(model: _core.Model, definition: Definition) -> None:
         sides = [
             (model.field(at, x, side, values), model.h(at, x, values)) for at in (t, t + period)
         ]
-        for now, later in zip(*sides, strict=True):
-            size = float(np.max(np.abs(now), initial=0.0))
-            if np.all(np.isfinite(now)) and np.max(np.abs(now - later), initial=0.0) > 1e-6 * size:
+        for before, after in zip(*sides, strict=True):
+            size = float(np.max(np.abs(before), initial=0.0))
+            if (
+                np.all(np.isfinite(before))
+                and np.max(np.abs(before - after), initial=0.0) > 1e-6 * size
+            ):
                 raise DefinitionError(
                     f"{definition.name} does not repeat after its period, {period:.9g}: at t ="
                     f" {t[0]:.6g} and a period later it differs by"
-                    f" {np.max(np.abs(now - later)):.3g}"
+                    f" {np.max(np.abs(before - after)):.3g}"
                 )
 
 
