@@ -6,19 +6,21 @@ In each page the ``python`` blocks run from top to bottom as one program. A ``cp
 ``main`` is compiled and run; one without is compiled after ``#include <filippov/filippov.hpp>``. A
 ``text`` block that directly follows a block is its expected output. Scripts named in ``sh`` blocks
 must exist. Everything runs in an empty folder, with the headers of this repository and the
-``filippov`` that is installed beside this Python.
+``filippov`` that is installed beside this Python; as many pages at once as there are processors.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import multiprocessing
 import os
 import re
 import subprocess
 import sys
 import tempfile
 import traceback
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -136,9 +138,8 @@ def main() -> int:
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     checked = 0
     failures: list[str] = []
-    for page in pages:
-        if page.exists():
-            number, wrong = check_page(page)
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+        for number, wrong in pool.map(check_page, pages):
             checked += number
             failures += wrong
     print(*failures, sep="\n", end="\n" if failures else "")

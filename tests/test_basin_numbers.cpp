@@ -474,7 +474,7 @@ TEST_CASE("count_pairs: a boundary is seen by the pairs that lie across it", "[b
     }
 }
 
-TEST_CASE("count_pairs: asks once a distance, for the same points again", "[basin_numbers]") {
+TEST_CASE("count_pairs: asks for the same points again", "[basin_numbers]") {
     const std::vector<double> epsilons{0.25, 0.01};
     std::vector<std::vector<std::array<double, 2>>> batches;
     const auto record = [&](Points points, std::span<Label> labels) {
@@ -514,6 +514,26 @@ TEST_CASE("count_pairs: asks once a distance, for the same points again", "[basi
     batches.clear();
     count_pairs({0, -1}, {4, 1}, record, epsilons, 100, 43);
     CHECK(batches != first);
+}
+
+TEST_CASE("count_pairs: asks for a limited number of points, until it is told to stop",
+          "[basin_numbers]") {
+    const std::vector<double> epsilons{0.25, 0.01};
+    std::vector<std::size_t> sizes;
+    std::size_t most = 100;
+    const auto ask = [&](Points points, std::span<Label> labels) {
+        sizes.push_back(points.size());
+        std::fill(labels.begin(), labels.end(), 1);
+        return sizes.size() < most;
+    };
+    const auto counts = count_pairs({0, 0}, {1, 1}, ask, epsilons, 40'000, 1);
+    CHECK(sizes == std::vector<std::size_t>{65'536, 14'464, 65'536, 14'464});
+    REQUIRE(counts.size() == 2);
+    CHECK(counts[0].trials == 40'000);
+    sizes.clear();
+    most = 3;
+    CHECK(count_pairs({0, 0}, {1, 1}, ask, epsilons, 1'000'000'000, 1).empty());
+    CHECK(sizes.size() == 3);
 }
 
 // --- box-counting dimension --------------------------------------------------------------------

@@ -15,7 +15,7 @@ import filippov as fp
 
 # L1, starts before, at and after, duration
 scenarios = {
-    "crossing-sliding": (lambda x, y: y - x, [(-1, y, 1) for y in (0.6, 0, -0.6)], 2.1),
+    "crossing-sliding": (lambda x, y: y - x, [(-1, y, 1) for y in (-0.6, 0, 0.6)], 2.1),
     "grazing-sliding": (lambda x, y: y - x, [(-1.4, y, -0.98) for y in (-0.6, 0, 0.6)], 2.2),
     "switching-sliding": (lambda x, y: x - y, [(-1, y, 1) for y in (-0.6, 0, 0.6)], 3.0),
     "adding-sliding": (lambda x, y: y + x**2, [(-1.5, y, 0.3) for y in (0.6, 0, -0.6)], 3.2),

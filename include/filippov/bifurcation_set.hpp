@@ -14,6 +14,7 @@ struct BoxSearch {
                     ///< second
     int starts = 3; ///< on each line orbits are looked for at so many values of the first
     OrbitSearch orbit{.max_turns = 1};
+    Vector x0{}; ///< where the runs that look for orbits start; empty: the origin
     BranchSettings steps{};
     int max_curves = 64;
     /// May be empty. Called with the starts and curves that are done, and those known so far.
@@ -39,7 +40,9 @@ inline const Cycle& cycle_of_start(const CurveStart& start) {
 class BoxExplorer {
 public:
     BoxExplorer(const AnySystem& system, const Vector& p, const Box& box, const BoxSearch& search)
-        : system_(system), p_(p), box_(box), search_(search) {
+        : system_(system), p_(p), box_(box), search_(search),
+          x0_(search.x0.size() > 0 ? search.x0 : Vector(Vector::Zero(system.dim()))) {
+        require_point(system, 0, x0_, p, "x0");
         require_positive("lines", search.lines);
         require_positive("starts", search.starts);
         require_positive("max_curves", search.max_curves);
@@ -69,7 +72,7 @@ private:
             p[box_.parameters[0]] = box_.low[0] + box_.width(0) * (j + 0.5) / search_.starts;
             p[box_.parameters[1]] = value;
             tell(done_++);
-            const Orbit orbit = settle(system_, p, Vector::Zero(system_.dim()), search_.orbit);
+            const Orbit orbit = settle(system_, p, x0_, search_.orbit);
             if (orbit.status != Status::ok) {
                 ++set_.failed_starts;
                 continue;
@@ -150,6 +153,7 @@ private:
     const Vector p_;
     const Box box_;
     const BoxSearch search_;
+    const Vector x0_;
     const long long n_starts_ = static_cast<long long>(search_.lines) * search_.starts;
     std::size_t done_ = 0;
     BifurcationSet set_;

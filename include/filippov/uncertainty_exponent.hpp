@@ -15,6 +15,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace filippov {
@@ -120,6 +121,40 @@ inline void require_pairs(const std::array<double, 2>& low, const std::array<dou
         refuse("n", n, "expected 1 to 1e9 pairs");
 }
 
+/// Fills `points` with random points, each followed by its neighbour.
+inline void draw_pairs(const std::array<double, 2>& low, const std::array<double, 2>& high,
+                       double epsilon, std::mt19937_64& random,
+                       std::span<std::array<double, 2>> points) {
+    // fma: compilers differ in whether they would round the product
+    for (std::size_t k = 0; k < points.size(); k += 2) {
+        for (std::size_t i = 0; i < 2; ++i)
+            points[k][i] = std::fma(uniform(random), high[i] - low[i], low[i]);
+        points[k + 1] = points[k];
+        const std::size_t along = random() >> 63;
+        points[k + 1][along] = std::fma(epsilon, high[along] - low[along], points[k][along]);
+    }
+}
+
+/// Asks for labels; whether the labeller wants to be asked again.
+template <class F>
+bool goes_on(F& labeller, std::span<const std::array<double, 2>> points, std::span<Label> labels) {
+    if constexpr (std::is_same_v<decltype(labeller(points, labels)), bool>) {
+        return labeller(points, labels);
+    } else {
+        labeller(points, labels);
+        return true;
+    }
+}
+
+inline void add_pairs(std::span<const Label> labels, PairCount& count) {
+    for (std::size_t k = 0; k < labels.size(); k += 2) {
+        const bool known = labels[k] != label_unresolved && labels[k + 1] != label_unresolved;
+        count.trials += known;
+        count.unresolved += !known;
+        count.uncertain += known && labels[k] != labels[k + 1];
+    }
+}
+
 } // namespace detail
 
 /// Counts uncertain pairs: a point drawn uniformly from a rectangle, and its neighbour at distance
@@ -127,42 +162,36 @@ inline void require_pairs(const std::array<double, 2>& low, const std::array<dou
 /// never be seen.
 ///
 /// @param low, high  corners of the rectangle; neighbours lie up to epsilon beyond `high`
-/// @param labeller   exact labels, 0 where it has none; one call a distance, with the 2 n points in
-///                   a fixed order, each followed by its neighbour
+/// @param labeller   exact labels, 0 where it has none; called with 65,536 points or the rest of a
+///                   distance's 2 n, in a fixed order, each followed by its neighbour. If it
+///                   returns a bool, false ends the count
 /// @param epsilons   distances, as shares of the side along which they lie, in (0, 1)
 /// @param n          pairs a distance, 1 to 1e9
 /// @param seed       of std::mt19937_64; the points are the same on every platform
-/// @return           one count a distance, from points of its own: the counts are independent
+/// @return           one count a distance that was finished, from points of its own: the counts are
+///                   independent
 /// @error            std::invalid_argument for arguments or labels that make no sense
-/// @cost             2 n labels a distance, and their memory
+/// @cost             2 n labels a distance
 template <Labeller F>
 std::vector<PairCount>
 count_pairs(const std::array<double, 2>& low, const std::array<double, 2>& high, F&& labeller,
             std::span<const double> epsilons, long long n, std::uint64_t seed) {
     detail::require_pairs(low, high, epsilons, n);
+    constexpr long long at_once = 1 << 15; // pairs
     std::mt19937_64 random(seed);
-    std::vector<std::array<double, 2>> points(2 * static_cast<std::size_t>(n));
-    std::vector<Label> labels(points.size());
+    std::vector<std::array<double, 2>> points;
+    std::vector<Label> labels;
     std::vector<PairCount> counts;
     for (const double epsilon : epsilons) {
-        // fma: compilers differ in whether they would round the product
-        for (std::size_t k = 0; k < points.size(); k += 2) {
-            for (std::size_t i = 0; i < 2; ++i)
-                points[k][i] = std::fma(detail::uniform(random), high[i] - low[i], low[i]);
-            points[k + 1] = points[k];
-            const std::size_t along = random() >> 63;
-            points[k + 1][along] = std::fma(epsilon, high[along] - low[along], points[k][along]);
-        }
-        std::fill(labels.begin(), labels.end(), label_unresolved);
-        labeller(std::span<const std::array<double, 2>>(points), std::span<Label>(labels));
-        detail::require_labels(labels);
-        PairCount count;
-        count.epsilon = epsilon;
-        for (std::size_t k = 0; k < points.size(); k += 2) {
-            const bool known = labels[k] != label_unresolved && labels[k + 1] != label_unresolved;
-            count.trials += known;
-            count.unresolved += !known;
-            count.uncertain += known && labels[k] != labels[k + 1];
+        PairCount count{.epsilon = epsilon};
+        for (long long done = 0; done < n; done += at_once) {
+            points.resize(2 * static_cast<std::size_t>(std::min(at_once, n - done)));
+            detail::draw_pairs(low, high, epsilon, random, points);
+            labels.assign(points.size(), label_unresolved);
+            if (!detail::goes_on(labeller, points, labels))
+                return counts;
+            detail::require_labels(labels);
+            detail::add_pairs(labels, count);
         }
         counts.push_back(count);
     }

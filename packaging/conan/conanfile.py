@@ -14,7 +14,7 @@ ROOT = "../.."
 
 class Filippov(ConanFile):
     name = "filippov"
-    description = "Filippov systems, simulated with exact events and sliding"
+    description = "Filippov systems, simulated event by event, with sliding"
     license = "BSD-3-Clause"
     topics = ("ode", "filippov", "sliding", "bifurcation", "header-only")
     package_type = "header-library"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Filippov systems, simulated with exact events and sliding.
+"""Filippov systems, simulated event by event, with sliding.
 
 >>> import filippov as fp
 >>> run = fp.simulate(fp.models.oscillator, [0.0, 0.0], (0.0, 50.0), params={"A": 0.5})

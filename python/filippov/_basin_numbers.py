@@ -135,7 +135,7 @@ def uncertainty_exponent(
         for k, e in enumerate(epsilons)
     ]
     work, known = basins._labelling()
-    with shown(progress, "distance") as show:
+    with shown(progress, "pair") as show:
         found = work.finder.pairs(
             known, distances, integer("pairs", pairs), integer("seed", seed, 0), show
         )

@@ -241,7 +241,7 @@ class Basins(Stored):
         seed : int
             Of the points.
         progress : bool or function
-            True shows a bar; a function is called as `progress(done, total)`, in distances.
+            True shows a bar; a function is called as `progress(done, total)`, in pairs.
         """
         return uncertainty_exponent(self, epsilons, pairs, seed, progress)
 

@@ -12,7 +12,7 @@ import numpy as np
 from . import _core
 from ._bounds import pair
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
-from ._check import integer, number, refuse
+from ._check import integer, number, refuse, vector
 from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import precision
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
 
 __all__ = ["BifurcationSet", "bifurcation_set"]
 
@@ -99,6 +100,7 @@ def bifurcation_set(
     box: Mapping[str, tuple[float, float]],
     *,
     params: Mapping[str, float] | None = None,
+    x0: ArrayLike | None = None,
     lines: int = 3,
     starts: int = 3,
     max_turns: int = 1,
@@ -115,7 +117,7 @@ def bifurcation_set(
 ) -> BifurcationSet:
     """Find the bifurcations of periodic orbits in a rectangle of two parameters.
 
-    On a few lines over the first parameter the orbits on which solutions from the origin settle are
+    On a few lines over the first parameter the orbits on which solutions from `x0` settle are
     followed; each bifurcation met is followed in both parameters, and so are the curves that start
     at points of codimension two. What is not connected with any of these orbits is not found.
 
@@ -127,6 +129,8 @@ def bifurcation_set(
         Range of two parameters: `{"omega": (1.5, 3.2), "A": (4.0, 5.5)}`.
     params : mapping, optional
         Values of the other parameters that replace `sys.params`.
+    x0 : array, shape (dim,), optional
+        Where those solutions start, at phase zero; by default at the origin.
     lines : int
         How many lines, at equidistant values of the second parameter.
     starts : int
@@ -157,17 +161,11 @@ def bifurcation_set(
         Within a second of Ctrl-C; its attribute `set` is what was found up to there.
     """
     one_surface(sys)
-    try:
-        names = two_parameters(sys, "box", tuple(box))
-        pairs = [box[name] for name in names]
-    except (TypeError, IndexError, KeyError):
-        expected = "expected a mapping of two parameters to (low, high)"
-        refuse("box", box, expected, TypeError)
+    if not isinstance(box, Mapping):
+        refuse("box", box, "expected a mapping of two parameters to (low, high)", TypeError)
+    names = two_parameters(sys, "box", tuple(box))
     expected = "expected two finite numbers, low < high"
-    spans = {
-        name: pair(f"box[{name!r}]", each, expected)
-        for name, each in zip(names, pairs, strict=True)
-    }
+    spans = {name: pair(f"box[{name!r}]", box[name], expected) for name in names}
     values = sys._merged(params)
     low, high = zip(*spans.values(), strict=True)
     tolerances = precision(rtol, atol, max_steps)
@@ -178,6 +176,7 @@ def bifurcation_set(
             [list(sys.params).index(name) for name in names],
             low,
             high,
+            vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state),
             integer("lines", lines),
             integer("starts", starts),
             integer("max_turns", max_turns),

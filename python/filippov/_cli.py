@@ -92,7 +92,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--time", required=True, metavar="FROM:TO", help="the times of both ends")
     run.add_argument("--method", default="dop853", choices=("dop853", "dopri5", "rodas5p"))
     run.add_argument("--tol", type=float, default=1e-9, help="relative and absolute tolerance")
-    files(run, "the steps as a table, t and the state (.csv)")
+    files(run, "the steps as a table, t and the state (.csv), or the whole run (.npz)")
 
     diagram = command("diagram", _diagram, "A bifurcation diagram over one parameter.")
     about(diagram)
@@ -216,10 +216,13 @@ def _run(told: Any) -> int:  # noqa: ANN401
         print(f"{event['t']:14.8f}  {event['kind']:20s}{state}")
     print(f"{result.status}: {result.message}")
     if told.output is not None:
-        np.savetxt(
-            told.output, np.vstack([result.t, result.y]).T, delimiter=",", comments="",
-            header=",".join(("t", *system.state)), fmt="%.17g",
-        )  # fmt: skip
+        if told.output.suffix == ".npz":
+            result.save(told.output)
+        else:
+            np.savetxt(
+                told.output, np.vstack([result.t, result.y]).T, delimiter=",", comments="",
+                header=",".join(("t", *system.state)), fmt="%.17g",
+            )  # fmt: skip
         print(f"written: {told.output}")
     _draw(result, told.plot)
     return 0 if result.success else 1

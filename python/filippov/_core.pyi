@@ -388,6 +388,7 @@ def bifurcation_set(
     parameters: Sequence[int],
     low: Sequence[float],
     high: Sequence[float],
+    x0: _Floats,
     lines: int,
     starts: int,
     max_turns: int,

@@ -157,7 +157,7 @@ def names_of(what: str, names: str | Sequence[str]) -> tuple[str, ...]:
     for name in found:
         if not str(name).isidentifier() or keyword.iskeyword(name):
             refuse(what, names, f"{name!r} is no name")
-        if name.startswith("_") or name == "t":
+        if name.startswith("_") or name == "t" or (what == "params" and hasattr(Mapping, name)):
             refuse(what, names, f"the name {name!r} has another meaning")
     if len(set(found)) != len(found):
         refuse(what, names, "expected different names")

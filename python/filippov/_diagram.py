@@ -150,6 +150,8 @@ class Diagram(Stored):
         failed = ", ".join(f"{count} {word}" for word, count in ends.items() if word != "ok")
         empty = self.values.size - np.unique(self.param).size
         without = f" ({empty} values have none)" if empty > 0 else ""
+        if empty == self.values.size and not failed:
+            without = " (no such events from x0: see section= and x0=)"
         low, high = self.values.min(), self.values.max()
         return (
             f"<Diagram of {self.system.name}, {' and '.join(self.section)}: "

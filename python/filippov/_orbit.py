@@ -275,9 +275,9 @@ def periodic_orbit(
     forced = sys._forced(values)
     raises = flag("raise_on_failure", raise_on_failure)
     limit = number("window", window, "expected a time > 0", above=0.0)
+    longest, length = integer("max_turns", max_turns), span("transient", transient, forced, 0.0)
     if guess is None:
         start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
-        longest, length = integer("max_turns", max_turns), span("transient", transient, forced, 0.0)
         found = _core.settle(sys._model, p, start, length, longest, limit, *tolerances)
     elif isinstance(guess, Orbit):
         if turns not in (None, guess.turns):
@@ -344,7 +344,7 @@ def _refuse_systems(sys: System) -> None:
 def _base_params(sys: System, guess: object) -> System:
     """Give the system with the values that `params` replaces."""
     if isinstance(guess, (Orbit, Trajectory)):
-        if guess.system.name != sys.name:
+        if guess.system._identity() != sys._identity():
             refuse("guess", guess, f"expected one of the system {sys.name}")
         if dict(guess.system.params) == dict(sys.params):
             return sys.with_params(**guess.params)

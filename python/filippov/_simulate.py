@@ -58,7 +58,7 @@ def simulate(
     t_span: tuple[float, float],
     *,
     params: Mapping[str, float] | None = None,
-    method: str = "dopri5",
+    method: str | None = None,
     rtol: float = 1e-8,
     atol: ArrayLike = 1e-10,
     t_eval: ArrayLike | None = None,
@@ -79,7 +79,7 @@ def simulate(
     t_span: tuple[float, float],
     *,
     params: Mapping[str, float] | None = None,
-    method: str = "dopri5",
+    method: str | None = None,
     rtol: float = 1e-8,
     atol: ArrayLike = 1e-10,
     t_eval: ArrayLike | None = None,
@@ -99,7 +99,7 @@ def simulate(
     t_span: tuple[float, float],
     *,
     params: Mapping[str, float] | None = None,
-    method: str = "dopri5",
+    method: str | None = None,
     rtol: float = 1e-8,
     atol: ArrayLike = 1e-10,
     t_eval: ArrayLike | None = None,
@@ -125,9 +125,10 @@ def simulate(
         Start and end; the end may lie before the start.
     params : mapping, optional
         Parameter values by name that replace `sys.params`.
-    method : {"dopri5", "dop853", "rodas5p"}
+    method : {"dopri5", "dop853", "rodas5p"}, optional
         Dormand-Prince 5(4), or 8(5,3) for tight tolerances; Rodas5P, linearly implicit, for stiff
-        fields. scipy's names "RK45" and "DOP853" are taken too.
+        fields. scipy's names "RK45" and "DOP853" are taken too. By default dopri5, and rodas5p for
+        a smoothed system, which is stiff.
     rtol : float
         Relative tolerance of the local error, in (0, 1).
     atol : float or array, shape (dim,)
@@ -178,6 +179,8 @@ def simulate(
     p = np.array(list(run_params.values()), dtype=np.float64)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
+    if method is None:
+        method = "rodas5p" if sys._positive() else "dopri5"
     which = choice("method", method, METHODS)
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
     tolerance = absolute_tolerance(atol, sys.dim)

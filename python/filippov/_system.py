@@ -463,7 +463,11 @@ class System:
         side: Side,
         params: Mapping[str, float] | None = None,
     ) -> Floats:
-        """Jacobian of `field` with respect to x, exact; shape (dim, dim) or (dim, dim, k)."""
+        """Jacobian of `field` with respect to x; shape (dim, dim) or (dim, dim, k).
+
+        By automatic differentiation, to rounding; of functions that are known by their values
+        alone (numba, C, Python) by differences.
+        """
         times, points, single = self._points(t, x)
         out = self._model.jacobian(times, points, self._side(side), self._values(params))
         return out[0] if single else np.moveaxis(out, 0, -1)

@@ -168,14 +168,16 @@ public:
                    std::uint64_t seed, const py::object& show) {
         const BasinLabeller labeller = labeller_of(attractors);
         std::vector<PairCount> counts;
-        std::size_t asked = 0;
+        std::size_t done = 0;
+        const std::size_t total = epsilons.size() * static_cast<std::size_t>(std::max(n, 0LL));
         const auto ask = [&](std::span<const std::array<double, 2>> at, std::span<Label> labels) {
             std::vector<CellLabel> found(at.size());
-            if (analysis_.signals.has_raised() || !labeller(at, found))
-                return; // unresolved
+            if (!labeller(at, found))
+                return false;
             for (std::size_t k = 0; k < at.size(); ++k)
                 labels[k] = found[k].label;
-            show_(++asked, epsilons.size());
+            show_(done += at.size() / 2, total);
+            return !analysis_.signals.has_raised();
         };
         unlocked(show, [&] {
             counts = count_pairs({grid_.axis(0).low, grid_.axis(1).low},

@@ -341,14 +341,15 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
 }
 
 py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>& parameters,
-                  const std::array<double, 2>& low, const std::array<double, 2>& high, int lines,
-                  int starts, int max_turns, double transient, double window, int max_curves,
-                  double first_step, double max_step, int max_points, const py::object& show,
-                  double rtol, double atol, long long max_steps) {
+                  const std::array<double, 2>& low, const std::array<double, 2>& high,
+                  const Doubles& x0, int lines, int starts, int max_turns, double transient,
+                  double window, int max_curves, double first_step, double max_step, int max_points,
+                  const py::object& show, double rtol, double atol, long long max_steps) {
     expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
     const Box box = box_of(model, parameters, low, high);
     const Vector params = vector_of(p);
     BoxSearch search;
+    search.x0 = vector_of(x0);
     search.lines = lines;
     search.starts = starts;
     search.max_curves = max_curves;

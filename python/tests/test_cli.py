@@ -53,6 +53,15 @@ def test_it_follows_a_solution(capsys, own, tmp_path):
     assert picture.stat().st_size > 10_000
 
 
+def test_a_run_is_saved_whole(own, tmp_path):
+    path = tmp_path / "run.npz"
+    assert main(["run", own, "--start", "3,0", "--time", "0:20", "-o", str(path)]) == 0
+    run = fp.load(path)
+    assert run.t[-1] == 20
+    assert list(run.events["kind"][:3]) == ["start", "cross", "cross"]
+    assert run.sol(np.pi / 2) == pytest.approx([0.4, -2.6], abs=1e-7)
+
+
 def test_values_may_be_negative(capsys):
     assert main(["run", "relay", "--start", "-0.5,.5,-1", "--time", "-1:2"]) == 0
     joined = capsys.readouterr().out

@@ -88,6 +88,27 @@ def test_a_rectangle_is_explored_from_the_model_alone(tmp_path):
     assert repr(again) == repr(found)
 
 
+def test_orbits_of_a_rectangle_are_looked_for_where_it_is_asked():
+    @fp.system(
+        state="prey predator",
+        params={"alpha": 0.6, "e": 0.2},
+        surfaces={"threshold": "predator - alpha"},
+    )
+    def fishery(t, s, p):
+        caught = s.prey / (0.4 + s.prey) * s.predator
+        harvest = np.where(s.predator > p.alpha, p.e * s.predator, 0)
+        return s.prey * (1 - s.prey) - caught, caught - 0.25 * s.predator - harvest
+
+    box = {"alpha": (0.8, 1.2), "e": (0.15, 0.25)}
+    found = fp.bifurcation_set(fishery, box, x0=[0.5, 0.3], lines=1, starts=1)
+    assert "grazing-sliding" in {curve.kind for curve in found.curves}
+    # The origin is an equilibrium: nothing is met from there.
+    none = fp.bifurcation_set(fishery, box, lines=1, starts=1)
+    assert not none.curves
+    with pytest.raises(ValueError, match="x0"):
+        fp.bifurcation_set(fishery, box, x0=[0.5])
+
+
 def test_a_curve_is_saved_with_what_is_connected(switching, tmp_path):
     switching.save(tmp_path / "curve.npz")
     again = fp.load(tmp_path / "curve.npz")

@@ -433,6 +433,7 @@ BOOK = {
     "no name": (lambda t, s, p: s, {"state": "x 2v"}, "'2v' is no name"),
     "a keyword": (lambda t, s, p: s, {"state": "x lambda"}, "'lambda' is no name"),
     "time as a name": (lambda t, s, p: s, {"state": "t v"}, "another meaning"),
+    "a method of a mapping": (lambda t, s, p: s, {"params": {"values": 1.0}}, "another meaning"),
     "a name in both": (lambda t, s, p: s, {"params": {"x": 1}}, "name of the state"),
     "params in a list": (lambda t, s, p: s, {"params": [1, 2]}, "mapping of names"),
     "a parameter that is no number": (lambda t, s, p: s, {"params": {"A": "1"}}, "finite number"),

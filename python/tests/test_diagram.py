@@ -369,3 +369,9 @@ def test_pictures_lead_over_all_values():
     assert low <= 2
     assert high >= 3
     plt.close(figure)
+
+
+def test_a_diagram_without_a_point_says_where_to_look():
+    none = fp.bifurcation_diagram(BLOCK, omega=[2.94, 2.95], section="cross", **FEW)
+    assert none.success
+    assert "0 points (no such events from x0: see section= and x0=)" in repr(none)

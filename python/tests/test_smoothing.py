@@ -207,9 +207,13 @@ def test_at_most_eight_switches_are_smoothed():
 
 
 def test_what_would_help_is_said():
-    run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40), max_steps=1000, dense_output=False)
+    explicit = {"method": "dopri5", "max_steps": 1000, "dense_output": False}
+    run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40), **explicit)
     assert run.status == "max_steps"
     assert "rodas5p" in run.message
+    run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40))
+    assert run.success
+    assert run.settings.method == "rodas5p"
     run = fp.simulate(BLOCK, [0, 0], (0, 40), max_steps=10)
     assert "rodas5p" not in run.message
 

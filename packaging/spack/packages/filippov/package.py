@@ -5,7 +5,7 @@ from spack.package import *
 
 
 class Filippov(CMakePackage):
-    """Filippov systems, simulated with exact events and sliding."""
+    """Filippov systems, simulated event by event, with sliding."""
 
     license("BSD-3-Clause")
 
