@@ -221,7 +221,8 @@ TEMPLATE_TEST_CASE("H14: bounces that accumulate end in rest, in a bounded numbe
     const double v1 = std::sqrt(0.25 + 2 * 9.8);
     const auto limit = r.times(accumulation);
     REQUIRE(limit.size() == 1);
-    // Each bounce is an ulp of t < 32 off, its speed g times that, and with it the time that is left.
+    // Each bounce is an ulp of t < 32 off, its speed g times that, and with it the time that is
+    // left.
     const double left = 2 * e / (1 - e);
     const double rounding = double(r.events.size()) * 16 * eps * (1 + left);
     CHECK(limit[0] == Approx(t1 + 2 * e * v1 / (9.8 * (1 - e))).epsilon(0).margin(tol + rounding));
