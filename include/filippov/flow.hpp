@@ -505,10 +505,7 @@ private:
         for (const int k : on)
             held.set(k, 0);
         const Constraints<Sys> rest(sys_, held);
-        // Twice: what rounding leaves of zero is all there is, where only sizes relative to it
-        // count.
-        const X near_limit = project(sys_, rest, t, limit->x, p_, segment_.scale());
-        const X x = project(sys_, rest, t, near_limit, p_, segment_.scale());
+        const X x = project(sys_, rest, t, limit->x, p_, segment_.scale());
         if (!near(x, limit->x, field) || !keeps_sides(held, t, x) ||
             !independent(sys_, rest, t, x, p_, segment_.scale()))
             return Status::ok;

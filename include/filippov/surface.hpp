@@ -6,6 +6,8 @@
 #include <filippov/elimination.hpp>
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 namespace filippov {
 
@@ -66,6 +68,56 @@ S start_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Pa
     return rounding_band(sys, j, t, x, p) + S(1e-3) * change_over(sys, j, t, x, p, atol);
 }
 
+namespace detail {
+
+/// v in units of its largest component.
+template <class S, int N> Vec<S, N> in_units_of_largest(const Vec<S, N>& v) {
+    using std::abs;
+    S largest(0);
+    for (int i = 0; i < N; ++i)
+        largest = select(abs(v[i]) > largest, S(abs(v[i])), largest);
+    Vec<S, N> relative;
+    for (int i = 0; i < N; ++i)
+        relative[i] = v[i] / largest;
+    return relative;
+}
+
+/// (g_i scale_i)^2 in units of their sum: exactly 1 where one component is all of the gradient.
+template <class S, class R, int N>
+FILIPPOV_INLINE Vec<S, N> shares(const Vec<S, N>& g, const Vec<R, N>& scale) {
+    using Limits = std::numeric_limits<Real<S>>;
+    const auto divided = [](Vec<S, N> squares) {
+        S sum(0);
+        for (int i = 0; i < N; ++i)
+            sum += squares[i];
+        for (int i = 0; i < N; ++i)
+            squares[i] = squares[i] / sum;
+        return std::pair{squares, sum};
+    };
+    Vec<S, N> squares;
+    for (int i = 0; i < N; ++i)
+        squares[i] = g[i] * g[i] * scale[i] * scale[i];
+    auto [shares, sum] = divided(squares);
+    const auto small = sum <= S(Limits::min() / Limits::epsilon());
+    const auto large = sum >= S(Limits::max());
+    if (any(small) || any(large)) [[unlikely]] { // squares that under- or overflow
+        const Vec<S, N> slope = in_units_of_largest(g);
+        const Vec<R, N> size = in_units_of_largest(scale);
+        Vec<S, N> lengths;
+        for (int i = 0; i < N; ++i)
+            lengths[i] = slope[i] * size[i];
+        lengths = in_units_of_largest(lengths);
+        for (int i = 0; i < N; ++i)
+            squares[i] = lengths[i] * lengths[i];
+        const Vec<S, N> apart = divided(squares).first;
+        for (int i = 0; i < N; ++i)
+            shares[i] = select(small, apart[i], select(large, apart[i], shares[i]));
+    }
+    return shares;
+}
+
+} // namespace detail
+
 /// One Newton step onto h_j = 0 along the gradient, in units of `scale` (one positive length per
 /// component): x - h W g / (g' W g), W = diag(scale^2). The smallest change in the norm of the
 /// error test, and so independent of the units of x.
@@ -94,16 +146,10 @@ FILIPPOV_INLINE State<Sys, S> toward_surface(const Sys& sys, int j, const S& t,
             return y;
         }
     }
-    S norm(0);
-    for (int i = 0; i < dim_v<Sys>; ++i)
-        norm += g[i] * g[i] * scale[i] * scale[i];
+    const State<Sys, S> shares = detail::shares(g, scale);
     State<Sys, S> y;
-    // g_i^2 scale_i^2 / norm is exactly 1 where one component is all of the gradient: x_i - h/g_i,
-    // to the last bit
-    for (int i = 0; i < dim_v<Sys>; ++i) {
-        const S share = g[i] * g[i] * scale[i] * scale[i] / norm;
-        y[i] = select(share > S(0), S(x[i] - h / g[i] * share), x[i]);
-    }
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        y[i] = select(shares[i] > S(0), S(x[i] - h / g[i] * shares[i]), x[i]);
     return y;
 }
 
