@@ -63,8 +63,7 @@ public:
             const S delta = -r / slope, next = d + delta;
             if (abs_(delta) <= ulp(t_ + d) && on_target_())
                 break;
-            const bool inside = forward * next >= S(0) &&
-                                forward * (full_ * S(1.01) - next) >= S(0) &&
+            const bool inside = in_step(next) &&
                                 !(seen_before && !(forward * (next - before) > S(0))) &&
                                 !(result.seen_beyond && !(forward * (beyond - next) > S(0)));
             if (inside && path_.nudge_error(delta) <= nudge_tolerance_) {
@@ -102,12 +101,20 @@ private:
         return abs(v);
     }
 
+    /// True if a step of this length ends in the one that is shortened, or hardly beyond.
+    bool in_step(const S& d) const {
+        const S forward = full_ < S(0) ? S(-1) : S(1);
+        return forward * d >= S(0) && forward * (full_ * S(1.01) - d) >= S(0);
+    }
+
     /// Newton by Taylor steps; the slope stays. False if the residual does not follow it (a kink or
-    /// a jump).
+    /// a jump), or leads out of the step.
     bool polish(const S& slope, S delta) {
         const S noise = S(1e4) * epsilon<S> * abs_(path_.dt);
         for (int k = 0; k < 12; ++k) {
             path_.nudge(delta);
+            if (!in_step(path_.dt))
+                return false;
             const S next = -residual_() / slope;
             if (abs_(next) <= ulp(t_ + path_.dt))
                 return true;
