@@ -8,6 +8,7 @@
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/quartet.hpp>
 #include <filippov/models/unit_circle.hpp>
+#include <filippov/rodas5p.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -203,6 +204,55 @@ TEMPLATE_TEST_CASE("H9: starts a rounding error off the surface are classified l
             CHECK(word(off) == word(on));
             CHECK((off.result.x - on.result.x).norm() < 1e-12);
         }
+    }
+}
+
+TEMPLATE_TEST_CASE("H9: at the limit of friction a block that rests goes on resting", "[hard]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    const double tol = GENERATE(1e-6, 1e-9, 1e-12, 1e-13);
+    const auto slide = [&](double mu, double x) {
+        auto r = run<TestType>(models::Coulomb{}, Vec<double, 3>(mu, 0, 0.5), V2(x, 0), 0, 40,
+                               bounded<2>(tol, 100'000, 100));
+        CHECK(r.result.status == Status::ok);
+        CHECK(faults(r) == "");
+        return r;
+    };
+    for (const double mu : {0.4, 0.3, 7.7e5}) {
+        for (const double x : {mu, -mu}) {
+            const auto r = slide(mu, x);
+            CHECK(r.events[0].mode_after[0] == 0);
+            CHECK(r.result.x == V2(x, 0));
+        }
+        for (int k = 1; k < 8; ++k) { // the last reversal is at the limit
+            CAPTURE(mu, k, tol);
+            const double x = slide(mu, mu * (1 + 2 * k)).result.x[0];
+            CHECK(x == Approx(k % 2 == 0 ? mu : -mu).epsilon(0).margin(20 * k * tol * (1 + mu)));
+        }
+    }
+    CHECK(slide(0, 0).result.x == V2(0, 0)); // without friction, too
+}
+
+TEMPLATE_TEST_CASE("H9: what rests beside what leads away is not unique", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    const auto nothing = [](const auto&, const auto& x) { return like(x, 0, 0); };
+    const auto away = [](const auto&, const auto& x) { return like(x, 0, 1); };
+    const auto back = [](const auto&, const auto& x) { return like(x, 0, -1); };
+    const Plane leaves(nothing, away, y_is_h), stays(nothing, back, y_is_h);
+    CHECK(go<TestType>(leaves, V2(0, 0), 0, 1, bounded<2>(1e-9)).result.status ==
+          Status::ambiguous);
+    CHECK(go<TestType>(stays, V2(0, 0), 0, 1, bounded<2>(1e-9)).result.x == V2(0, 0));
+}
+
+TEMPLATE_TEST_CASE("H9: what rests for a moment leaves, or is not decided", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // L1 = -t^4: three derivatives vanish at the start, and the solution is y = -t^5/5
+    const Plane sys([](const auto& t, const auto& x) { return like(x, 0, -t * t * t * t); },
+                    [](const auto&, const auto& x) { return like(x, 0, -1); }, y_is_h);
+    const double tol = GENERATE(1e-4, 1e-6, 1e-9, 1e-12);
+    const auto r = go<TestType>(sys, V2(0, 0), 0, 1, bounded<2>(tol));
+    if (r.result.status != Status::ambiguous) {
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.x[1] == Approx(-0.2).epsilon(0).margin(tol));
     }
 }
 

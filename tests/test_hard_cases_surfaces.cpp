@@ -205,7 +205,35 @@ struct SlideReset {
     }
 };
 
+/// Two blocks that know nothing of each other.
+struct Blocks {
+    static constexpr int dim = 4;
+    static constexpr int surfaces = 2;
+    template <Scalar S>
+    Vec<S, 4> field(const S&, const Vec<S, 4>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {x[1], -x[0] - S(0.4) * s[0], x[3], -x[2] - S(0.4) * s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        return {x[1], x[3]};
+    }
+};
+
 } // namespace
+
+// --- rest ----------------------------------------------------------------------------------------
+
+TEMPLATE_TEST_CASE("H9: at the limit of friction blocks that rest go on resting", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const Blocks sys;
+    for (const double x : {0.4, -0.4})
+        for (const double y : {0.4, 0.1, -0.4}) {
+            const Vec<double, 4> start(x, 0, y, 0);
+            const auto r = follow<TestType>(sys, {}, start, 5, bounded<4>(1e-9));
+            CHECK(r.result.status == Status::ok);
+            CHECK(r.result.mode.sliding() == 2);
+            CHECK(r.result.x == start);
+        }
+}
 
 // --- accumulation --------------------------------------------------------------------------------
 

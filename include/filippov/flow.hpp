@@ -265,7 +265,8 @@ private:
     }
     Verdict<M> judge_one(const Mode<M>& before, int j, int guard) const {
         Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
-        if (guard >= 0)
+        // Of a side that was left no sooner than it was met again nothing is known.
+        if (guard >= 0 && n_same_ < 2)
             arrival.from = before[j];
         // A slide ends where L1 or L2 vanishes, or both: the landing says so better than rounding.
         // (With static friction it ends elsewhere.)

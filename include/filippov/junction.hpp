@@ -92,13 +92,14 @@ public:
         }
         return true;
     }
-    /// True if it slides on nothing, or on what is shown to attract.
+    /// True if it slides on nothing, or on what is shown to attract. From a slide that rests what
+    /// has no speed does not lead away, either.
     bool attracts() const {
-        auto flow = flow_;
-        for (unsigned v = 0; v < flow.regions(); ++v)
-            for (int i = 0; i < flow.n; ++i)
-                flow.normal[v][i] = S(arrival_.direction) * flow(v, i);
-        return flow.n == 0 || filippov::attracts(flow);
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        return flow_.n == 0 || filippov::attracts(flow_in_time(false)) ||
+               (stays(field) && filippov::attracts(flow_in_time(true)));
     }
 
 private:
@@ -123,6 +124,23 @@ private:
         }
     }
 
+    /// The flow in the direction of time; at rest, what has no speed leads to the surface.
+    NormalField<S, M> flow_in_time(bool at_rest) const {
+        using std::abs;
+        auto flow = flow_;
+        for (int i = 0; i < flow.n; ++i) {
+            S largest(0);
+            for (unsigned v = 0; v < flow.regions(); ++v)
+                largest = std::max(largest, S(abs(flow(v, i))));
+            for (unsigned v = 0; v < flow.regions(); ++v) {
+                const bool none = at_rest && abs(flow(v, i)) <= S(2) * epsilon<S> * largest;
+                flow.normal[v][i] = none ? ((v >> i & 1u) != 0 ? -largest : largest)
+                                         : S(S(arrival_.direction) * flow(v, i));
+            }
+        }
+        return flow;
+    }
+
     /// A kink is always crossed, and contact is for what does not leave.
     bool may_slide(int j) const {
         if (is_kind(sys_, j, SurfaceKind::kink))
@@ -134,7 +152,8 @@ private:
         return true;
     }
 
-    /// 1 +- s_j positive, or zero and growing: 1, 2 derivatives of it are looked at.
+    /// 1 +- s_j positive, or zero and growing: 1, 2 derivatives of it are looked at. Zero for ever,
+    /// where the slide rests, will do.
     bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
         using std::abs;
         const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
@@ -157,7 +176,15 @@ private:
                 return change > S(0);
             unit = unit * arrival_.tau * S(arrival_.direction);
         }
-        return false;
+        return stays(field);
+    }
+    /// True if the mode's field rests here, beside those of the regions.
+    template <class F> bool stays(const F& mode_field) const {
+        State<Sys, S> largest = State<Sys, S>::Zero();
+        for (unsigned r = 0; r < regions_.flow.regions(); ++r)
+            largest = largest.cwiseMax(regions_.field[r].cwiseAbs());
+        const auto field = [&](const S& t, const State<Sys, S>& x) { return mode_field(t, x, p_); };
+        return rests(field, t_, S(S(arrival_.direction) * arrival_.tau), x_, largest);
     }
 
     /// The first non-zero derivative of h_j, j the i-th surface in contact, leads to its side.

@@ -161,6 +161,20 @@ bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& 
     return below == lie_derivatives<3>(field, h, t, x, p);
 }
 
+/// True if a field is nil at x, now and later: no component is more than the rounding of `other`,
+/// the field with which it is compared.
+template <class F, class S, int N>
+bool rests(const F& field, const S& t, const S& tau, const Vec<S, N>& x, const Vec<S, N>& other) {
+    using std::abs;
+    for (const double later : {0.0, 0.3, 1.7, 9.1}) { // what turns round in time does not rest
+        const Vec<S, N> f = field(S(t + S(later) * tau), x);
+        for (int i = 0; i < N; ++i)
+            if (!(abs(f[i]) <= S(2) * epsilon<S> * abs(other[i])))
+                return false;
+    }
+    return true;
+}
+
 /// The roots on which guards start in a mode, by their orders (0: none): of h_j, and in a slide of
 /// 1 + s_j and 1 - s_j.
 template <int M> struct Starts {
@@ -249,7 +263,9 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
 ///
 /// At the boundary of the sliding region one first derivative vanishes and the next one decides; it
 /// is then also the derivative of s along the sliding field, so that exactly one of "slide" and
-/// "leave" is admissible. Two vanishing at once is a two-fold: not unique.
+/// "leave" is admissible. Two vanishing at once is a two-fold: not unique. Where one side rests (an
+/// equilibrium on the boundary, as at the limit of friction) and the other leads to the surface,
+/// the slide rests, too, and is what the solution does.
 ///
 /// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
 template <class Sys, class S>
@@ -263,6 +279,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
                    S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(arrival.tau);
     Verdict<surfaces_v<Sys>> v;
     const S forward = S(arrival.direction);
+    const int side_before = mode[j];
     mode.set(j, -1);
     v.below = departure(sys, mode, j, t, x, p, arrival,
                         arrival.below_tangent ? S(0) : S(forward * b.l1), band);
@@ -284,11 +301,26 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
     const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
     const bool vanish = v.below.sign == 0 || v.above.sign == 0;
+    const auto stays = [&](int side) {
+        if ((side < 0 ? v.below : v.above).sign != 0)
+            return false;
+        mode.set(j, side);
+        const auto field = [&](const S& time, const State<Sys, S>& y) {
+            return side_field(sys, mode, time, y, p);
+        };
+        return rests(field, t, S(forward * arrival.tau), x, side < 0 ? b.f2 : b.f1);
+    };
     const auto option = [&](int side) {
         v.mode.set(j, side);
         v.add(v.mode, detail::starts_at(v, v.mode, j));
     };
     if (held) {
+        v.unique = true;
+        option(0);
+    } else if (vanish && stays(-1) && stays(+1)) {
+        v.unique = true;
+        option(side_before < 0 ? -1 : +1);
+    } else if (vanish && ((stays(-1) && v.above.sign < 0) || (stays(+1) && v.below.sign > 0))) {
         v.unique = true;
         option(0);
     } else if (vanish) {

@@ -160,6 +160,17 @@ def test_h9_starts_a_rounding_error_off_the_surface_are_as_on_it(method, start):
         assert off.y[:, -1] == close(on.y[:, -1], 1e-12)  # a thousandth of the tolerance
 
 
+@each_method
+@pytest.mark.parametrize("tol", [1e-6, 1e-9, 1e-12, 1e-13])
+def test_h9_at_the_limit_of_friction_a_block_goes_on_resting(method, tol):
+    for reversals in range(8):  # the last one ends at the limit
+        start = 0.4 * (1 + 2 * reversals)
+        run = fp.simulate(fp.models.coulomb, [start, 0], (0, 40), method=method, rtol=tol, atol=tol)
+        assert run.success
+        assert (np.diff(run.events["t"]) >= 0).all()
+        assert run.y[:, -1] == close([0.4 * (-1) ** reversals, 0], 20 * (1 + reversals) * tol)
+
+
 # --- H10 ------------------------------------------------------------------------------------------
 
 
