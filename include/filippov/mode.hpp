@@ -301,8 +301,8 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
     const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
     const bool vanish = v.below.sign == 0 || v.above.sign == 0;
-    const auto stays = [&](int side) {
-        if ((side < 0 ? v.below : v.above).sign != 0)
+    const auto stays = [&](int side, const Departure& departure) {
+        if (departure.sign != 0)
             return false;
         mode.set(j, side);
         const auto field = [&](const S& time, const State<Sys, S>& y) {
@@ -310,6 +310,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         };
         return rests(field, t, S(forward * arrival.tau), x, side < 0 ? b.f2 : b.f1);
     };
+    const bool below_stays = stays(-1, v.below), above_stays = stays(+1, v.above);
     const auto option = [&](int side) {
         v.mode.set(j, side);
         v.add(v.mode, detail::starts_at(v, v.mode, j));
@@ -317,10 +318,10 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     if (held) {
         v.unique = true;
         option(0);
-    } else if (vanish && stays(-1) && stays(+1)) {
+    } else if (below_stays && above_stays) {
         v.unique = true;
         option(side_before < 0 ? -1 : +1);
-    } else if (vanish && ((stays(-1) && v.above.sign < 0) || (stays(+1) && v.below.sign > 0))) {
+    } else if ((below_stays && v.above.sign < 0) || (above_stays && v.below.sign > 0)) {
         v.unique = true;
         option(0);
     } else if (vanish) {
