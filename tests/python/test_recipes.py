@@ -80,7 +80,7 @@ def test_conda_names_what_pip_needs():
         for need in project["build-system"]["requires"]:
             name = re.match(r"[\w-]+", need)[0]
             assert {"cmeel-eigen": "eigen"}.get(name, name) in host
-        run = {need.split()[0] for need in recipe["requirements"]["run"]}
+        run = {need.replace(" ", "") for need in recipe["requirements"]["run"]}  # "numpy >=1.23"
         assert set(project["project"]["dependencies"]) <= run
 
 
