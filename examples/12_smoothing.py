@@ -44,10 +44,10 @@ for c1, band in ((1e8, 1e-3), (1e8, 1e-4), (1e8, 1e-5), (1e6, 1e-4), (1e4, 1e-3)
 
 figure, (law, switched, smoothed) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
 v = np.linspace(0.0, 2.0, 1001)
-for c1 in (2, 10, 50, 1e8):
+for c1, line in ((2, ":"), (10, "-."), (50, "--"), (1e8, "-")):
     system = fp.smoothed(block, c1=c1)
     points = np.array([np.full(v.size, 0.5), v])  # where the spring and the drive cancel at t = 0
-    law.plot(v - 1, -system.field(0.0, points, [])[1] / 10, label=f"$c_1$ = {c1:g}")
+    law.plot(v - 1, -system.field(0.0, points, [])[1] / 10, ls=line, label=f"$c_1$ = {c1:g}")
 law.set(xlabel="relative velocity (m/s)", ylabel=r"$\mu_{III}$", title="the smoothed law (4.30)")
 law.legend()
 

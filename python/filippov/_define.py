@@ -345,7 +345,8 @@ def _joined_fields(
     """One right-hand side of the fields on all sides."""
     wanted = ["".join(sides) for sides in itertools.product("-+", repeat=len(switches))]
     if not isinstance(fields, Mapping) or set(fields) != set(wanted):
-        refuse("fields", fields, f"expected a function for each of {', '.join(wanted)}")
+        each = ", ".join(wanted)
+        refuse("fields", fields, f"expected a mapping with a function for each of {each}")
     g = recorder.graph
     recorded = {}
     for sides, function in fields.items():

@@ -277,9 +277,7 @@ def test_wrong_calls(by_numba):
     both = {"-": f, "+": f}
     for match, call in {
         "fields": lambda: fp.System.from_pointers("x", fields=f, switch="x"),
-        "expected a function for each": lambda: fp.System.from_pointers(
-            "x", fields={"-": f}, switch="x"
-        ),
+        "a function for each": lambda: fp.System.from_pointers("x", fields={"-": f}, switch="x"),
         "jacobians": lambda: fp.System.from_pointers(
             "x", fields=both, switch="x", jacobians={"0": f}
         ),
