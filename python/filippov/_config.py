@@ -29,7 +29,7 @@ def get_cmake_dir() -> str:
     """Folder of `filippovConfig.cmake`, for `cmake -Dfilippov_DIR=...`.
 
     Projects that scikit-build-core builds find it without; Eigen may come from the package index,
-    too: `pip install "filippov[cpp]"`.
+    too: with the extra `cpp`.
     """
     folder = Path(_core.__file__).parent / "share" / "cmake" / "filippov"
     if not (folder / "filippovConfig.cmake").is_file():

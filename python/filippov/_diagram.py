@@ -18,7 +18,7 @@ from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
 from ._settings import Settings, Stats
-from ._simulate import METHOD_NAMES, METHODS, POLICIES, absolute_tolerance
+from ._simulate import METHOD_NAMES, POLICIES, absolute_tolerance, method_of
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -173,7 +173,7 @@ def bifurcation_diagram(
     params: Mapping[str, float] | None = None,
     surface: int | None = None,
     direction: int = 0,
-    method: str = "dop853",
+    method: str | None = None,
     rtol: float = 1e-9,
     atol: ArrayLike = 1e-9,
     max_step: float = math.inf,
@@ -215,7 +215,9 @@ def bifurcation_diagram(
         Take events of this surface only.
     direction : int
         +1: only events that lead to the side where the surface's h > 0; -1: to the other side.
-    method, rtol, atol, max_step, max_steps, max_events, on_nonunique
+    method : {"dopri5", "dop853", "rodas5p"}, optional
+        By default dop853, and rodas5p for a smoothed system.
+    rtol, atol, max_step, max_steps, max_events, on_nonunique
         As in `simulate`, for every run.
     skip_repeats : bool
         Do not follow a run further that repeats itself to rounding: that has come back to the same
@@ -269,7 +271,7 @@ def bifurcation_diagram(
         refuse("section", section, expected)
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
-    which = choice("method", method, METHODS)
+    which = method_of(sys, method, "dop853")
     settings = Settings(
         method=METHOD_NAMES[which],
         rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),

@@ -254,7 +254,7 @@ def ensemble(
     store : path, optional
         A directory in Zarr's format, written tile by tile. If it is there, what is complete in it
         is taken from it; a store made by other equations, starts or settings is refused. Needs
-        `filippov[store]`.
+        the extra `store`.
     tile : int, optional
         Members of a tile, which is written, or sent to a cluster, as a whole; by default 65,536.
         With a Dask client in scope its workers run the tiles. No bit depends on it.

@@ -29,6 +29,7 @@ __all__ = [
     "SimulationError",
     "absolute_tolerance",
     "advice",
+    "method_of",
     "simulate",
 ]
 
@@ -179,9 +180,7 @@ def simulate(
     p = np.array(list(run_params.values()), dtype=np.float64)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
-    if method is None:
-        method = "rodas5p" if sys._positive() else "dopri5"
-    which = choice("method", method, METHODS)
+    which = method_of(sys, method, "dopri5")
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
     tolerance = absolute_tolerance(atol, sys.dim)
     max_step = number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True)
@@ -264,6 +263,13 @@ def _trajectory(
         params=params,
         settings=settings,
     )
+
+
+def method_of(sys: System, method: str | None, default: str) -> int:
+    """Give the number of a method; without one, of the default, or of what a stiff system needs."""
+    if method is None:
+        method = "rodas5p" if sys._positive() else default
+    return choice("method", method, METHODS)
 
 
 def advice(sys: System, method: str, status: str) -> str:

@@ -214,6 +214,10 @@ def test_what_would_help_is_said():
     run = fp.simulate(fp.smoothed(BLOCK), [0, 0], (0, 40))
     assert run.success
     assert run.settings.method == "rodas5p"
+    diagram = fp.bifurcation_diagram(
+        fp.smoothed(BLOCK), section="strobe", transient=1, keep=1, omega=[2.94]
+    )
+    assert diagram.settings.method == "rodas5p"
     run = fp.simulate(BLOCK, [0, 0], (0, 40), max_steps=10)
     assert "rodas5p" not in run.message
 
