@@ -18,7 +18,7 @@ from ._geometry import one_surface
 from ._orbit import precision
 from ._progress import Progress, ended, shown
 from ._store import Stored
-from ._system import System
+from ._system import Params, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +37,8 @@ class BifurcationSet(Stored):
     curves: tuple[Branch, ...]  #: of bifurcations, in both
     corrections: int  #: Newton iterations, each one flow of one cycle with derivatives
     failed_starts: int  #: points of the rectangle from which no orbit was found
+    system: System
+    params: Params  #: the other parameters
 
     @property
     def specials(self) -> tuple[SpecialPoint, ...]:
@@ -200,6 +202,8 @@ def bifurcation_set(
         ),
         corrections=found["corrections"],
         failed_starts=found["failed_starts"],
+        system=sys,
+        params=Params({name: value for name, value in values.items() if name not in names}),
     )
     ended(found["raised"], set=result)
     return result

@@ -16,6 +16,7 @@ from ._check import integer, number, refuse
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
 from ._store import Stored
+from ._system import Params, System
 from ._types import Floats
 
 if TYPE_CHECKING:
@@ -81,6 +82,8 @@ class BasinBoundary(Stored):
     status: str  #: "ok"; "max_steps", "interrupted": curves are incomplete
     message: str
     grid: Grid
+    system: System
+    params: Params
 
     _parts = (BoundaryCorner, BoundaryCurve, Grid)
 
@@ -155,6 +158,8 @@ class UnstableSet(Stored):
     turn: int  #: forcing periods of that map
     saddle: Saddle
     grid: Grid
+    system: System
+    params: Params
 
     _parts = (Grid, Saddle, UnstableBranch)
 
@@ -271,6 +276,8 @@ def basin_boundary(
             for x, y, turn, error, curve, point in found["corners"]
         ),
         grid=basins.grid,
+        system=basins.system,
+        params=basins.params,
         **{name: found[name] for name in ("unresolved", "stuck", "labels", "status", "message")},
     )
     ended(found["raised"], boundary=result)
@@ -358,6 +365,8 @@ def unstable_set(
         turn=found["turn"],
         saddle=chosen,
         grid=basins.grid,
+        system=basins.system,
+        params=basins.params,
     )
     ended(found["raised"], unstable=result)
     return result

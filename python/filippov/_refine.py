@@ -14,6 +14,7 @@ from ._check import integer, number
 from ._dataset import dataset
 from ._progress import ended
 from ._store import Stored
+from ._system import Params, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,6 +53,8 @@ class RefinedBasins(Stored):
     coarse: int  #: squares along either side on level 0
     levels: int
     grid: Grid  #: the rectangle, and the cells of the picture that it came from
+    system: System
+    params: Params
 
     _parts = (Audit, Grid)
 
@@ -178,6 +181,8 @@ def refine(
         coarse=coarse,
         levels=levels,
         grid=basins.grid,
+        system=basins.system,
+        params=basins.params,
     )
     ended(found["raised"], refined=result)
     return result

@@ -13,6 +13,8 @@ LISTEN = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 import filippov as fp
+for name in fp.__all__:  # what is imported when it is first used
+    getattr(fp, name)
 """
 
 

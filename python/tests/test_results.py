@@ -43,11 +43,11 @@ def picture():
     return fp.basins(BLOCK, GRID)
 
 
-def map_with_saddle():
-    basins = fp.basins(
-        fp.models.oscillator.with_params(A=3.6, omega=1.067), {"y": (-4, 4, 40), "v": (-3, 4, 41)}
-    )
-    return fp.unstable_set(BLOCK.with_params(A=3.6, omega=1.067), basins.saddles[0], basins.grid)
+def coexisting():
+    return fp.basins(
+        BLOCK, {"y": (-4, 4, 16), "v": (-3, 4, 16)}, params={"A": 3.6, "omega": 1.067},
+        audit=0, seeds=32, saddle_starts=36,
+    )  # fmt: skip
 
 
 MADE = {
@@ -81,6 +81,16 @@ MADE = {
     "branch": branch,
     "cell map": lambda: fp.cell_map(BLOCK, GRID),
     "basins": picture,
+    "refined basins": lambda: coexisting().refine(coarse=8, levels=2, audit=0),
+    "boundary of basins": lambda: fp.basin_boundary(coexisting()),
+    "unstable set": lambda: fp.unstable_set(coexisting()),
+    "basins over a parameter": lambda: fp.follow_basins(
+        BLOCK, {"y": (-4, 4, 10), "v": (-3, 4, 10)}, "A", [3.5, 3.6], params={"omega": 1.067}
+    ),
+    "curves in two parameters": lambda: fp.bifurcation_set(
+        BLOCK, {"omega": (2.4, 2.7), "A": (4.7, 4.9)}, lines=1, starts=2
+    ),
+    "time steps": lambda: fp.time_stepping(BLOCK, [0, 0], (0, 10), n_steps=200),
     "region": lambda: fp.sliding_region(BLOCK, 0.3, bounds=BOX),
     "boundary of the region": lambda: fp.sliding_boundaries(
         BLOCK, bounds={"y": (-9, 9), "v": (0, 2)}
@@ -164,6 +174,8 @@ def test_as_a_dataset(made, name):
         assert isinstance(data, xarray.Dataset)
         assert data.attrs["filippov"] == fp.__version__
         assert data.attrs["system"] == each.system.name
+        for parameter, value in each.params.items():
+            assert np.ndim(value) or data.attrs[parameter] == value
         # what a NetCDF file can hold
         for value in data.attrs.values():
             assert isinstance(value, (int, float, str, list, np.generic)), value
