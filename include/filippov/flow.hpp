@@ -202,9 +202,9 @@ private:
         if (status != Status::ok)
             return;
         for (int q = 0; q < sections_.size(); ++q) {
-            if (segment_.section_value(q) == S(0))
+            if (segment_.watch().section_value(q) == S(0))
                 log(EventKind::section, q, segment_.mode(), X(segment_.x()));
-            segment_.start_section(q);
+            segment_.watch().start_section(q);
         }
     }
 
@@ -245,13 +245,13 @@ private:
         for (const int k : on) {
             const auto i = std::size_t(k);
             if (v.mode[k] != 0) {
-                segment_.start_root(Guard<M>::below(k), std::max(1, v.starts.side[i]));
+                segment_.watch().start_root(Guard<M>::below(k), std::max(1, v.starts.side[i]));
                 continue;
             }
             if (v.starts.below[i] > 0)
-                segment_.start_root(Guard<M>::below(k), v.starts.below[i]);
+                segment_.watch().start_root(Guard<M>::below(k), v.starts.below[i]);
             if (v.starts.above[i] > 0)
-                segment_.start_root(Guard<M>::above(k), v.starts.above[i]);
+                segment_.watch().start_root(Guard<M>::above(k), v.starts.above[i]);
         }
         return Status::ok;
     }
@@ -374,9 +374,9 @@ private:
                 X(segment_.x()));
             segment_.enter(before);
             if (before[j] == 0)
-                segment_.go_on_sliding(stop.guard);
+                segment_.watch().go_on_sliding(stop.guard);
             else
-                segment_.start_root(stop.guard, 2);
+                segment_.watch().start_root(stop.guard, 2);
             return crossed_sections();
         }
         contacts_ = {};
@@ -391,7 +391,7 @@ private:
             const int named = first_change(before, after, j);
             log(kind_of(before[named], after[named]), named, before, x_left);
             if (before == after && before[j] == 0)
-                segment_.go_on_sliding(stop.guard);
+                segment_.watch().go_on_sliding(stop.guard);
         }
         if (const Status status = crossed_sections(); status != Status::ok)
             return status;
@@ -586,9 +586,9 @@ private:
 
     Status handle_section(int q) {
         const Mode<M> mode = segment_.mode();
-        const int side = segment_.section_side(q);
+        const int side = segment_.watch().section_side(q);
         const bool wanted = sections_.direction(q) == 0 || sections_.direction(q) * side < 0;
-        segment_.passed_section(q);
+        segment_.watch().passed_section(q);
         // Met twice within the resolution of time (with a surface at the same time) is met once.
         const Clock<S>& now = segment_.clock();
         using std::abs;
@@ -606,8 +606,8 @@ private:
     Status crossed_sections() {
         Status status = Status::ok;
         for (int q = 0; q < sections_.size(); ++q) {
-            const int side = segment_.section_side(q);
-            const int now = detail::sign(segment_.section_value(q));
+            const int side = segment_.watch().section_side(q);
+            const int now = detail::sign(segment_.watch().section_value(q));
             if (now == side || side == 0)
                 continue;
             if (const Status s = handle_section(q); status == Status::ok)

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 
 namespace filippov {
 
@@ -47,6 +48,12 @@ template <class S> struct WindowTimes {
     static constexpr S theta(std::size_t k) { return S(k) / S(n); }
     static constexpr std::array<std::size_t, n> in_time{1, 2, 3, 4, 5, 6};
 };
+
+/// Where in a step of a method guards are probed: at its stages, or, where these are too crude, on
+/// its interpolant.
+template <class Tableau, class S, int N>
+using StepTimes = std::conditional_t<Tableau::template Stepper<S, N>::probes_stages,
+                                     StageTimes<Tableau, S>, WindowTimes<S>>;
 
 template <class S> struct Range {
     S low = std::numeric_limits<S>::infinity(), high = -std::numeric_limits<S>::infinity();

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The path of a step: by the method, in closed form, or straight.
+#pragma once
+
+#include <filippov/guards.hpp>
+#include <filippov/place.hpp>
+#include <filippov/report.hpp>
+
+#include <limits>
+
+namespace filippov {
+
+/// A step over [clock, clock + dt] by the method, its interpolant built when first asked for.
+/// @tparam Rhs  the field as the stages see it, see probed_field.hpp
+template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
+    static constexpr int N = dim_v<Sys>;
+    using X = State<Sys, S>;
+    using Stepper = typename Tableau::template Stepper<S, N>;
+    using Times = StepTimes<Tableau, S, N>;
+    static constexpr bool slides = Rhs::slides;
+
+    const Place<Sys, S>& at; ///< where the step starts
+    Rhs& rhs;
+    Stepper& rk;
+    Counters& counters;
+    S dt;
+    X x1;
+    bool built = false;
+    typename Stepper::Polynomial polynomial;
+
+    /// Takes the step.
+    FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Rhs& field, Stepper& stepper,
+                              Counters& all, const S& step)
+        : at(place), rhs(field), rk(stepper), counters(all) {
+        take(step);
+    }
+
+    /// Takes the step again, with another length, and puts its end on the surface.
+    FILIPPOV_COLD void shorten(const S& step) {
+        take(step);
+        put_end_on_surface();
+    }
+    void put_end_on_surface() {
+        x1 = on_surface(x1, S(at.clock.local + dt));
+        built = false;
+    }
+    /// Probes the guards along the interpolant.
+    void probe() {
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            const S theta = Times::theta(k);
+            rhs.probe(k, S(at.clock.local + theta * dt), (*this)(theta));
+        }
+    }
+    X operator()(const S& theta) {
+        if (!built) {
+            polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
+            counters.field += Tableau::extra_stages;
+            ++counters.interpolants;
+            built = true;
+        }
+        return on_surface(polynomial(theta), S(at.clock.local + theta * dt));
+    }
+    /// Leaves what is needed to evaluate this step later.
+    template <class Piece> void store(Piece& piece) {
+        (*this)(S(0));
+        for (std::size_t m = 0; m < polynomial.c.size(); ++m)
+            piece.polynomial.c[m] = polynomial.c[m];
+    }
+    bool finite() const { return all_finite<S, N>(x1); }
+    const X& end_field() const { return rk.k[Stepper::last]; }
+    /// Moves the end by a second-order Taylor step, x'' from the stages.
+    void nudge(const S& delta) {
+        X& end = rk.k[Stepper::last];
+        for (int i = 0; i < N; ++i) {
+            const S bend = dt != S(0) ? (end[i] - rk.k[0][i]) / dt : S(0);
+            x1[i] += delta * (end[i] + delta / S(2) * bend);
+            end[i] += delta * bend;
+        }
+        dt += delta;
+        put_end_on_surface();
+    }
+    /// Bound on the error of a nudge in units of the tolerance: all of its second-order term.
+    S nudge_error(const S& delta) const {
+        X bend;
+        for (int i = 0; i < N; ++i)
+            bend[i] = (end_field()[i] - rk.k[0][i]) / dt;
+        return at.norm(bend) * delta * delta;
+    }
+
+private:
+    FILIPPOV_INLINE void take(const S& step) {
+        rk.step(rhs, at.clock.local, at.x, step, x1);
+        counters.field += Tableau::stages - 1;
+        dt = step;
+    }
+    X on_surface(const X& x, const S& t) const {
+        if constexpr (Rhs::slides)
+            return project(at.sys, at.held, t, x, at.p, at.scale);
+        else
+            return x;
+    }
+};
+
+/// A window of a slide that the system knows in closed form.
+template <class Sys, class S> struct ClosedFormPath {
+    using X = State<Sys, S>;
+    using Times = WindowTimes<S>;
+    static constexpr bool slides = true;
+
+    const Place<Sys, S>& at; ///< where the window starts
+    S dt;
+    X x1;
+
+    X operator()(const S& theta) const {
+        return at.sys.sliding_flow(at.clock.local, at.x, at.p, S(theta * dt));
+    }
+    /// Probes the guards along the window, up to its end.
+    template <class Guards> void probe(Guards& guards) {
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            const S theta = Times::theta(k);
+            const S t = at.clock.local + theta * dt;
+            x1 = (*this)(theta);
+            guards.probe_slide(k, sliding_margin(at.sys, at.mode, t, x1, at.p));
+            guards.probe_sections(k, t, x1);
+        }
+    }
+    template <class Piece> void store(Piece& piece) const { piece.closed_form = true; }
+    bool finite() const { return all_finite<S, dim_v<Sys>>(x1); }
+    X end_field() const { return at.field(S(at.clock.local + dt), x1); }
+    void shorten(const S& d) {
+        dt = d;
+        x1 = (*this)(S(1));
+    }
+    void nudge(const S& delta) { shorten(dt + delta); }
+    /// Evaluating again is as cheap.
+    S nudge_error(const S&) const { return std::numeric_limits<S>::infinity(); }
+};
+
+/// Straight from one state to another.
+template <class S, int N> struct StraightPath {
+    using X = Vec<S, N>;
+
+    S dt;
+    X x0, x1;
+
+    X operator()(const S& theta) const {
+        X x;
+        for (int i = 0; i < N; ++i)
+            x[i] = x0[i] + theta * (x1[i] - x0[i]);
+        return x;
+    }
+    template <class Piece> void store(Piece& piece) const {
+        piece.polynomial.c[0] = x0;
+        piece.polynomial.c[1] = x1 - x0;
+    }
+};
+
+} // namespace filippov

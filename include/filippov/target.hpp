@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a step is to end on.
+#pragma once
+
+#include <filippov/watch.hpp>
+
+namespace filippov {
+
+/// The event found in a step: what is zero there, and what an end of the step must be to be there.
+/// A step that ends on it is shortened by `Landing`.
+template <class Sys, class S, class Guards> class Target {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    using X = State<Sys, S>;
+
+    Target(const Place<Sys, S>& place, const Guards& guards, const Found<S>& found)
+        : at_(place), guards_(guards), found_(found) {}
+
+    /// Positive if the path ends before the event.
+    template <class Path> S residual(const Path& path) const {
+        const S t = at_.clock.local + path.dt;
+        return found_.touch ? S(at_.direction) * minus_slope(t, path.x1, path.end_field())
+                            : guards_.guard_value(found_.guard, t, path.x1);
+    }
+    /// Derivative of the residual by time, on the interpolant.
+    template <class Path> S slope(Path& path) const {
+        const S step = found_.touch ? S(1e-3) : S(1e-4);
+        const S u = std::min(found_.theta + step, S(1)), v = std::max(found_.theta - step, S(0));
+        const auto raw = [&](const S& theta) {
+            return guards_.guard_value(found_.guard, S(at_.clock.local + theta * path.dt),
+                                       path(theta));
+        };
+        if (!found_.touch)
+            return (raw(u) - raw(v)) / ((u - v) * path.dt);
+        const S m = (u + v) / S(2), w = (u - v) / S(2) * path.dt;
+        return -S(at_.direction) * (raw(u) - S(2) * raw(m) + raw(v)) / (w * w);
+    }
+    /// What a landing may leave to a Taylor step: a hundredth of the tolerance, or rounding if
+    /// there is none.
+    S nudge_tolerance() const {
+        return at_.settings.fixed_step > S(0) ? S(0.01) * epsilon<S> / at_.settings.rtol : S(0.01);
+    }
+
+    /// True if the end of the path is on the surface met but for the tolerance and the resolution
+    /// of time: what lies farther off is not to be moved there.
+    template <class Path> bool reached(const Path& path) const {
+        using std::abs;
+        if (found_.touch || !meets_surface())
+            return true;
+        const S t = at_.clock.local + path.dt;
+        const S rate = normal_component(at_.sys, surface(), t, path.x1, at_.p, path.end_field());
+        const S band = S(1e3) * rounding_band(at_.sys, surface(), t, path.x1, at_.p) +
+                       S(8) * ulp(t) * abs(rate) +
+                       change_over(at_.sys, surface(), t, path.x1, at_.p, at_.scale);
+        return abs(h(t, path.x1)) <= band;
+    }
+    /// Puts the landed state on the surface that was met (not after a touch, nor where h jumped)
+    /// and on the one slid on.
+    template <class Path> void settle(Path& path, bool jumped) const {
+        const S t = at_.clock.local + path.dt;
+        const bool on_surface = meets_surface() && !found_.touch && !jumped;
+        path.x1 = project(at_.sys, on_surface ? at_.held_with(surface(), t, path.x1) : at_.held, t,
+                          path.x1, at_.p, at_.scale);
+    }
+    /// True if the gradient of h vanishes where the surface was met: to first order the step
+    /// explains less than a millionth of the change of h.
+    template <class Path> bool degenerate(const Path& path) const {
+        using std::abs;
+        if (!meets_surface())
+            return false;
+        const S t = at_.clock.local + path.dt;
+        const X gradient = grad_h(at_.sys, surface(), t, path.x1, at_.p);
+        S first_order = abs(h_t(at_.sys, surface(), t, path.x1, at_.p) * path.dt);
+        for (int i = 0; i < N; ++i)
+            first_order += abs(gradient[i] * (path.x1[i] - at_.x[i]));
+        const S change = abs(h(t, path.x1) - h(at_.clock.local, at_.x));
+        return !(first_order > S(1e-6) * change) && change > S(0);
+    }
+
+private:
+    int surface() const { return found_.guard / 3; }
+    bool meets_surface() const {
+        return found_.guard < Guard<M>::first_section && at_.mode[surface()] != 0;
+    }
+    S h(const S& t, const X& x) const { return switching(at_.sys, t, x, at_.p)[surface()]; }
+
+    /// Derivative of the guard along the path at its end, times -1: positive before a minimum.
+    S minus_slope(const S& t, const X& x, const X& f) const {
+        const int g = found_.guard, j = surface();
+        if (at_.mode[j] != 0)
+            return -guards_.sense(g) * normal_component(at_.sys, j, t, x, at_.p, f);
+        const auto q = lift<1>(at_.p);
+        const auto s = [&](const auto& time, const auto& y) {
+            return sliding_margin(at_.sys, at_.mode, j, time, y, q).s;
+        };
+        return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
+    }
+
+    const Place<Sys, S>& at_;
+    const Guards& guards_;
+    const Found<S>& found_;
+};
+
+} // namespace filippov

@@ -1,0 +1,474 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Watches the guards of a run: what each step shows of them, and the first event in it.
+#pragma once
+
+#include <filippov/event.hpp>
+#include <filippov/guards.hpp>
+#include <filippov/place.hpp>
+#include <filippov/roots.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace filippov {
+
+/// The event that a step shows first.
+template <class S> struct Found {
+    int guard = -1;     ///< -1: none
+    S theta = S(2);     ///< where in the step
+    bool touch = false; ///< an extremum that touches zero, not a root
+};
+
+/// The guards of a run, those of its user's sections among them. What refers to a step has its path
+/// as argument or parameter: `Path::Times` says where the step was probed, `Path::slides` in which
+/// field.
+template <class Sys, class S, class Tableau, class Sec> class Watch {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    static constexpr int n_guards = 3 * M + Sec::capacity;
+    using X = State<Sys, S>;
+
+    /// @param place  of the run, which must outlive this
+    Watch(const Place<Sys, S>& place, const Sec& sections) : at_(place), sections_(sections) {}
+
+    // --- where guards start --------------------------------------------------------------------
+
+    /// The run has entered its mode. Guards start from their values here; `start_root(guard,
+    /// order)` afterwards tells which of them start on a root.
+    void enter() {
+        list_active();
+        for (const int g : active_guards()) {
+            if (g >= Guard<M>::first_section)
+                break;
+            const S value = raw_guard(g, at_.clock.local, at_.x);
+            const bool repels = g == Guard<M>::transversal(g / 3) && value < S(0);
+            trace(g).sense = at_.mode[g / 3] != 0 ? S(at_.mode[g / 3]) : repels ? S(-1) : S(1);
+            trace(g).start_at(trace(g).sense * value);
+        }
+    }
+
+    /// Guard g starts on a root of this order: it is divided out of g in the next step.
+    void start_root(int g, int order) {
+        trace(g).order = order;
+        trace(g).offset =
+            g < Guard<M>::first_section ? guard_value(g, at_.clock.local, at_.x) : S(0);
+    }
+
+    /// A slide goes on after guard g of its end was met: g starts on a root, and on an intersection
+    /// its attraction does, too, if that ended with s.
+    void go_on_sliding(int g) {
+        start_root(g, 2);
+        if constexpr (M > 1) {
+            const int attraction = Guard<M>::transversal(sliding_surface(at_.mode));
+            GuardTrace& w = trace(attraction);
+            if (at_.mode.sliding() < 2 ||
+                !(w.start <= S(4) * touch_band(Guard<M>::below(g / 3), false)))
+                return;
+            w.start_at(w.sense * w.start);
+            w.sense = S(1);
+            start_root(attraction, 2);
+        }
+    }
+
+    /// Watches guard g alone, from whichever side it starts on; -1: none.
+    void only(int guard) {
+        for (int g = 0; g < n_guards; ++g)
+            trace(g).watched = g == guard;
+        list_active();
+        if (guard < 0 || !active(guard))
+            return;
+        const S value = raw_guard(guard, at_.clock.local, at_.x);
+        trace(guard).sense = S(detail::sign(value));
+        trace(guard).start = abs_(value);
+        const bool off_surface = guard < Guard<M>::first_section && at_.mode[guard / 3] != 0;
+        const S band = off_surface ? start_band(at_.sys, guard / 3, at_.clock.local, at_.x, at_.p,
+                                                X(at_.settings.atol))
+                                   : touch_band(guard, true);
+        if (abs_(value) <= band) {
+            trace(guard).sense = S(0);
+            start_root(guard, 1);
+        }
+    }
+
+    /// Section q starts here, on the side of its value; exactly on it the side is where the step
+    /// goes.
+    void start_section(int q) {
+        const S value = section_value(q);
+        GuardTrace& section = trace(Guard<M>::first_section + q);
+        section.sense = S(detail::sign(value));
+        section.start_at(abs_(value), value == S(0) ? 1 : 0);
+    }
+    /// Sections go on from their values here, where a step has ended on an event.
+    void go_on_with_sections() {
+        for (const int q : active_guards())
+            if (q >= Guard<M>::first_section)
+                trace(q).start_at(guard_value(q, at_.clock.local, at_.x));
+    }
+    /// Section q was just crossed: the next step starts on its root, on the other side.
+    void passed_section(int q) {
+        GuardTrace& section = trace(Guard<M>::first_section + q);
+        section.sense = -section.sense;
+        section.order = 1;
+        section.offset = S(0);
+    }
+    /// The sign that section q had before, 0 if not known yet.
+    int section_side(int q) const { return detail::sign(trace(Guard<M>::first_section + q).sense); }
+    S section_value(int q) const {
+        return raw_guard(Guard<M>::first_section + q, at_.clock.local, at_.x);
+    }
+
+    /// A step was taken: the next one starts where it ended, or still on its root.
+    template <class Path> FILIPPOV_INLINE void go_on() {
+        for (const int g : active_guards()) {
+            if (trace(g).order > 0 && says_nothing<Path>(g)) [[unlikely]]
+                continue; // still on its root
+            trace(g).start = trace(g).probe[Path::Times::n];
+            trace(g).order = 0;
+        }
+    }
+
+    // --- values and probes ---------------------------------------------------------------------
+
+    /// Sign of guard g before its event, 0 if not known yet.
+    S sense(int g) const { return trace(g).sense; }
+    /// Oriented value of a guard: positive before the event.
+    S guard_value(int g, const S& t, const X& x) const {
+        return trace(g).sense * raw_guard(g, t, x);
+    }
+
+    /// The value of guard g, not oriented yet, at probe k of the step.
+    FILIPPOV_INLINE void probe(int g, std::size_t k, const S& value) {
+        trace(g).probe[k] = trace(g).sense * value;
+    }
+    FILIPPOV_INLINE void probe_margins(int slid, std::size_t k, const S& below, const S& above,
+                                       const S& w) {
+        for (const auto& [g, value] :
+             {std::pair{Guard<M>::below(slid), below}, std::pair{Guard<M>::above(slid), above},
+              std::pair{Guard<M>::transversal(slid), w}})
+            probe(g, k, value);
+    }
+    /// Of a slide on the one surface there is. (Its friction may be static: then it ends beyond
+    /// |s| = 1.)
+    template <class Margins> FILIPPOV_INLINE void probe_slide(std::size_t k, const Margins& slide) {
+        const S beyond = s_max(at_.sys, at_.p) - S(1);
+        probe_margins(0, k, beyond + slide.below, beyond + slide.above, slide.w);
+    }
+    FILIPPOV_INLINE void probe_sections(std::size_t k, const S& t, const X& x) {
+        if constexpr (Sec::capacity > 0)
+            for (int q = 0; q < sections_.size(); ++q) {
+                const int g = Guard<M>::first_section + q;
+                probe(g, k, raw_guard(g, t, x));
+            }
+    }
+    /// What was probed of every h off its surface, added to `total`: finite only if all of it is.
+    template <class Times> FILIPPOV_INLINE S with_probes_of_h(S total) const {
+        for (int j = 0; j < M; ++j)
+            if (at_.mode[j] != 0)
+                total += trace(Guard<M>::below(j)).template sum<Times>();
+        return total;
+    }
+
+    // --- what a step shows ---------------------------------------------------------------------
+
+    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
+        for (const int g : active_guards())
+            if (doubtful<Path>(g))
+                return true;
+        return false;
+    }
+    template <class Path> FILIPPOV_INLINE bool swings() const {
+        using Times = typename Path::Times;
+        for (const int g : active_guards()) {
+            const bool transversal = g % 3 == 2;
+            if (g >= Guard<M>::first_section || Path::slides != (at_.mode[g / 3] == 0) ||
+                (transversal && M == 1))
+                continue;
+            const S band = transversal ? S(64) * epsilon<S> : touch_band(g, false);
+            if (trace(g).template swings<Times>(band))
+                return true;
+        }
+        return false;
+    }
+    bool starts_on_root() const {
+        for (const int g : active_guards())
+            if (trace(g).order > 0)
+                return true;
+        return false;
+    }
+    /// When the first surface will be met, in units of the step from its end, that a parabola
+    /// through h over the step foresees.
+    template <class Path> FILIPPOV_INLINE S next_contact() const {
+        S nearest = std::numeric_limits<S>::infinity();
+        for (int j = 0; j < M; ++j) {
+            const GuardTrace& w = trace(Guard<M>::below(j));
+            if (at_.mode[j] != 0 && w.watched && w.order == 0)
+                nearest = std::min(nearest, w.template next_zero<typename Path::Times>());
+        }
+        return nearest;
+    }
+
+    /// The earliest event of a step among the guards in doubt.
+    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path) {
+        Found<S> first;
+        for (const int g : active_guards()) {
+            if ((at_.settings.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
+                continue;
+            const auto raw = [&](const S& theta) {
+                return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
+            };
+            if (trace(g).sense == S(0))
+                find_sense(g, path, raw);
+            // A function that stays zero (a section given as max(0, ...)) is not crossed again and
+            // again.
+            const bool from_zero = !(trace(g).start > S(0) && trace(g).order == 0);
+            if (g >= Guard<M>::first_section && from_zero && raw(S(0.5)) == S(0) &&
+                raw(S(1)) == S(0)) {
+                trace(g).sense = S(0);
+                continue;
+            }
+            if (const Found<S> found = event_of(g, path, raw); found.theta < first.theta)
+                first = found;
+        }
+        return first;
+    }
+
+    /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
+    /// at the end of the run, would find its root at the start.
+    template <class Path> Found<S> contact_at_end(const Path& path, bool last) const {
+        for (const int g : active_guards()) {
+            const GuardTrace& w = trace(g);
+            if (w.order > 0 || w.sense == S(0))
+                continue;
+            const Range<S> r = w.template range<typename Path::Times>();
+            const S size = std::max(abs_(r.low), abs_(r.high));
+            if (!(abs_(w.probe[Path::Times::n]) <= S(1e-6) * size))
+                continue;
+            const S value = guard_value(g, S(at_.clock.local + path.dt), path.x1);
+            const S band = g < Guard<M>::first_section ? touch_band(g, true)
+                                                       : (last ? S(64) * epsilon<S> * size : S(-1));
+            if (abs_(value) <= band && w.start > band)
+                return {g, S(1), false};
+        }
+        return {};
+    }
+
+private:
+    using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
+                                                      WindowTimes<S>::n + 1)>;
+
+    static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
+    FILIPPOV_INLINE GuardTrace& trace(int g) { return traces_[idx(g)]; }
+    FILIPPOV_INLINE const GuardTrace& trace(int g) const { return traces_[idx(g)]; }
+    static S abs_(const S& v) {
+        using std::abs;
+        return abs(v);
+    }
+
+    bool active(int g) const {
+        if (!trace(g).watched)
+            return false;
+        if (g >= Guard<M>::first_section)
+            return g - Guard<M>::first_section < sections_.size();
+        if (g % 3 == 2) // one for all the surfaces slid on
+            return g / 3 == sliding_surface(at_.mode);
+        return at_.mode[g / 3] == 0 || g % 3 == 0;
+    }
+    void list_active() {
+        n_active_ = 0;
+        for (int g = 0; g < n_guards; ++g)
+            if (active(g))
+                active_[idx(n_active_++)] = g;
+    }
+    std::span<const int> active_guards() const { return {active_.data(), idx(n_active_)}; }
+
+    /// A guard before it is given its sense.
+    S raw_guard(int g, const S& t, const X& x) const {
+        if (g >= Guard<M>::first_section)
+            return sections_.value(g - Guard<M>::first_section, S(at_.clock.offset() + t), x,
+                                   at_.p);
+        const int j = g / 3;
+        if (at_.mode[j] != 0)
+            return switching(at_.sys, t, x, at_.p)[j];
+        const Margin<S> margin = sliding_margin(at_.sys, at_.mode, j, t, x, at_.p);
+        if (g % 3 == 2)
+            return margin.w;
+        return s_max(at_.sys, at_.p) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
+    }
+
+    /// True unless the probes show that guard g stays clear of zero.
+    template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
+        using Times = typename Path::Times;
+        const bool off_surface = g < Guard<M>::first_section && !Path::slides;
+        // Off the surfaces a step with a NaN was rejected before.
+        if (!off_surface && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
+            return true;
+        return trace(g).template doubtful<Times>(may_swing<Path>(g));
+    }
+    /// A field can be constant, and then no error estimate keeps a step from spanning many swings
+    /// of h, or, as a matter of course, in a slide of s.
+    template <class Path> bool may_swing(int g) const {
+        return Path::slides && g < Guard<M>::first_section && at_.mode[g / 3] == 0;
+    }
+
+    /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
+    /// allows, or rounding.
+    S touch_band(int g, bool rounding_only) const {
+        if (g >= Guard<M>::first_section || (at_.mode[g / 3] == 0 && g % 3 == 2))
+            return S(0);
+        const int j = g / 3;
+        const bool fixed = at_.settings.fixed_step > S(0);
+        if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::jump))
+            return S(0); // a share of the push has no scale
+        if (at_.mode[j] == 0)
+            return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : at_.settings.rtol);
+        const S rounding = rounding_band(at_.sys, j, at_.clock.local, at_.x, at_.p);
+        if (fixed || rounding_only)
+            return rounding;
+        return rounding + change_over(at_.sys, j, at_.clock.local, at_.x, at_.p, at_.scale);
+    }
+
+    /// True if the far side of surface j leads back to it: a touch within the tolerance then
+    /// changes nothing.
+    bool far_side_attracts(int j, const S& t, const X& x) const {
+        if (is_kind(at_.sys, j, SurfaceKind::jump))
+            return true; // there is no far side: a jump from a touch changes nothing either
+        Mode<M> far = at_.mode;
+        far.set(j, -at_.mode[j]);
+        const X f = mode_field(at_.sys, far, t, x, at_.p);
+        return S(at_.direction * at_.mode[j]) * normal_component(at_.sys, j, t, x, at_.p, f) > S(0);
+    }
+
+    /// True of a guard that starts on a root and has not left it by more than rounding in a step:
+    /// that step is too short to tell.
+    template <class Path> bool says_nothing(int g) const {
+        if (g >= Guard<M>::first_section || trace(g).order == 0 || trace(g).sense == S(0))
+            return false;
+        const Range<S> r = trace(g).template range<typename Path::Times>();
+        const S band = touch_band(g, true);
+        return r.high <= band && r.low >= -band;
+    }
+
+    /// How near to a root at the start of a step nothing can be told from its quotient.
+    template <class Path> S root_sliver(int g) const {
+        using std::pow;
+        using std::sqrt;
+        const Range<S> r = trace(g).template range<typename Path::Times>();
+        const S lost = S(4) * touch_band(g, true) / std::max(r.high, -r.low);
+        const int order = trace(g).order;
+        const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+        const S sliver = pow(lost, S(1) / S(order));
+        return sliver > least ? std::min(sliver, S(0.5)) : least;
+    }
+
+    /// The side of a guard that starts exactly on zero: where the step goes.
+    template <class Path, class Raw> void find_sense(int g, const Path& path, const Raw& raw) {
+        trace(g).sense = S(1);
+        const S early = raw(S(1e-3)), late = raw(S(1));
+        if (early < S(0) || (early == S(0) && late < S(0)))
+            trace(g).sense = S(-1);
+        trace(g).probe[Path::Times::n] = guard_value(g, S(at_.clock.local + path.dt), path.x1);
+    }
+
+    /// The first root or touch of guard g, `raw` along the path.
+    template <class Path, class Raw> Found<S> event_of(int g, Path& path, const Raw& raw) {
+        using Times = typename Path::Times;
+        GuardTrace& w = trace(g);
+        if (const std::size_t k = w.template falls_through<Times>())
+            return {g,
+                    bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
+                                      Times::theta(k), w.probe[k]),
+                    false};
+        const auto value = without_root<Path>(g, raw);
+        S g0 = w.order == 0 ? w.start : value(S(0));
+        if (!(g0 > S(0)))
+            g0 = std::numeric_limits<S>::min();
+        S theta(2);
+        // A touch comes down to zero from outside its band: what still leaves it does not touch,
+        // and is searched from where it has left.
+        const S band = touch_band(g, false);
+        const bool outside = w.order == 0 && (w.start > band || w.descended);
+        Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
+        if (!outside && band > S(0)) {
+            S touch = contact == Contact::none ? S(1) : theta;
+            if (touch_after_leaving<Path>(g, raw, band, touch)) {
+                contact = Contact::touch;
+                theta = touch;
+            }
+        }
+        if (contact == Contact::touch && g < Guard<M>::first_section && at_.mode[g / 3] != 0 &&
+            !far_side_attracts(g / 3, S(at_.clock.local + theta * path.dt), path(theta)))
+            contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
+        if (contact == Contact::none && w.descended && first_minimum(raw, w.start, theta))
+            contact = Contact::touch;
+        w.descended =
+            outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
+        return contact == Contact::none ? Found<S>{}
+                                        : Found<S>{g, theta, contact == Contact::touch};
+    }
+
+    /// Guard g along a step with the root at its start divided out. Within the sliver the quotient
+    /// is rounding (for a double root, error of the interpolant): its value there is the one at the
+    /// sliver's end.
+    template <class Path, class Raw> auto without_root(int g, const Raw& raw) const {
+        const GuardTrace& w = trace(g);
+        const S sliver = w.order == 0 ? S(0) : root_sliver<Path>(g);
+        return [&w, &raw, sliver](const S& theta) {
+            if (w.order == 0)
+                return raw(theta);
+            const S u = std::max(theta, sliver);
+            const S v = w.divided(raw(u), u);
+            return theta < sliver ? abs_(v) : v;
+        };
+    }
+
+    /// The first touch of a guard that starts within its touch band, or on a root, after it has
+    /// left the band and before theta.
+    template <class Path, class Raw>
+    bool touch_after_leaving(int g, const Raw& raw, const S& band, S& theta) const {
+        using Times = typename Path::Times;
+        if (!may_swing<Path>(g) && trace(g).template turns<Times>() == 0)
+            return false; // it leaves, and that is all
+        S from = S(1e-3), g0 = S(0);
+        while (from < theta && !((g0 = raw(from)) > S(2) * band))
+            from *= S(2);
+        const S width = theta - from;
+        if (!(width > S(0)))
+            return false;
+        const auto later = [&](const S& u) { return raw(S(from + u * width)); };
+        S u(2);
+        if (first_contact(later, g0, band, u) != Contact::touch)
+            return false;
+        theta = from + u * width;
+        return true;
+    }
+
+    /// The minimum of a guard that still falls at the start of a step. Steps are cut where a
+    /// contact is near, so the least distance tends to lie just behind the start, too close to it
+    /// for the pieces of first_contact.
+    template <class Raw> static bool first_minimum(const Raw& raw, const S& start, S& theta) {
+        S u(1), later = raw(u);
+        for (int k = 0; k < 40; ++k) {
+            const S value = raw(S(u / S(2)));
+            if (value < start && value <= later) {
+                theta = minimum<S>(raw, S(0), u);
+                return raw(theta) < start;
+            }
+            u /= S(2);
+            later = value;
+        }
+        return false;
+    }
+
+    const Place<Sys, S>& at_;
+    const Sec& sections_;
+    std::array<GuardTrace, n_guards> traces_{};
+    std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
+    int n_active_ = 0;
+};
+
+} // namespace filippov
