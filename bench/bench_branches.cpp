@@ -8,6 +8,7 @@
 
 #include "measure.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/bifurcation_set.hpp>
 #include <filippov/models/oscillator.hpp>
 

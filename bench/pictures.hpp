@@ -4,6 +4,7 @@
 
 #include "measure.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/basins.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/refine.hpp>

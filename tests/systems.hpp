@@ -2,7 +2,9 @@
 // Systems for tests of the analysis, compiled once for all of them.
 #pragma once
 
-#include <filippov/any_system.hpp>
+#include <filippov/system_interface.hpp>
+
+#include <memory>
 
 std::shared_ptr<const filippov::AnySystem>
 oscillator_system(const filippov::Precision& precision = {});

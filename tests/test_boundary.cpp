@@ -5,6 +5,7 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/unstable_set.hpp>
 

@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/branch.hpp>
 
 #include <cmath>

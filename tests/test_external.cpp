@@ -2,6 +2,7 @@
 #include "catch.hpp"
 #include "formulas.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/branch.hpp>
 #include <filippov/lanes.hpp>
 #include <filippov/orbit.hpp>

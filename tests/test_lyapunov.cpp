@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/lyapunov.hpp>
 #include <filippov/maps.hpp>
 #include <filippov/orbit.hpp>

@@ -2,6 +2,7 @@
 // Maps, periodic orbits and Lyapunov exponents of systems with several surfaces and with jumps.
 #include "catch.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/branch.hpp>
 #include <filippov/geometry.hpp>
 #include <filippov/lyapunov.hpp>

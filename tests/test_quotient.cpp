@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/models/coulomb.hpp>
 #include <filippov/orbit.hpp>
 #include <filippov/quotient.hpp>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A system whose type is forgotten: what the analysis of orbits needs of one, with derivatives.
-//
-// Shooting, continuation and bifurcations are linear algebra on top of a few maps. They see those
-// maps through this interface and are compiled once, not once a system; below it everything is
-// compiled for the system, with nothing virtual in a step.
+// A system whose type is forgotten, behind the interface of system_interface.hpp: below it
+// everything is compiled for the system, with nothing virtual in a step.
 #pragma once
 
 #include <filippov/dormand_prince8.hpp>
+#include <filippov/sampled_minima.hpp>
+#include <filippov/system_interface.hpp>
 #include <filippov/variation.hpp>
 
 #include <algorithm>
@@ -16,273 +15,42 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace filippov {
 
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
-
-/// A value and its derivatives in the directions (x, t0, t1, a, b): the start, its time, the time
-/// of the end, and two parameters.
-struct Jet {
-    Vector value; ///< shape (m,)
-    Matrix slope; ///< shape (m, dim + 4)
-    Matrix bend;  ///< derivatives of slope * v, shape (m, dim + 4), if a v was given
-    Status status = Status::ok;
-};
-
-/// Which derivatives are wanted.
-struct Directions {
-    std::array<int, 2> active{-1, -1}; ///< indices of parameters a and b; -1: none
-    const Vector* v = nullptr;         ///< direction of a second derivative, shape (dim + 4,)
-};
-
-/// Entry j of the mode with this code, see Mode::code.
-constexpr int mode_entry(int code, int j) {
-    for (; j > 0; --j)
-        code = (code - ((code % 3 + 4) % 3 - 1)) / 3;
-    return (code % 3 + 4) % 3 - 1;
-}
-/// The mode of the first n surfaces with this code; the others are not met, and above.
-template <int M> Mode<M> mode_of(int code, int n = M) {
-    Mode<M> mode;
-    for (int j = 0; j < M; ++j)
-        mode.set(j, j < n ? mode_entry(code, j) : 1);
-    return mode;
-}
-/// How many surfaces it slides on.
-constexpr int slid_on(int code, int surfaces) {
-    int n = 0;
-    for (int j = 0; j < surfaces; ++j)
-        n += mode_entry(code, j) == 0;
-    return n;
-}
-/// Its entries as characters `-`, `0` and `+`.
-inline std::string mode_text(int code, int surfaces) {
-    std::string text;
-    for (int j = 0; j < surfaces; ++j)
-        text += "-0+"[mode_entry(code, j) + 1];
-    return text;
-}
-
-/// A scalar function of a point, with its derivatives along a flow.
-struct Quantity {
-    enum class Kind : unsigned char {
-        h,      ///< the switching function, along the field of mode `side`
-        margin, ///< s_max + s (side -1) or s_max - s (side +1), along the field of mode `slide`
-    };
-    Kind kind = Kind::h;
-    int side = -1;
-    int order = 0;   ///< which derivative along the flow, time included; 0 to 3
-    int surface = 0; ///< whose h, or s
-    int slide = 0;   ///< mode that s belongs to; 0: all surfaces are slid on
-};
-
-/// An event of a run.
-struct Happening {
-    EventKind kind{};
-    double t = 0;
-    Vector x;
-    int before = 0, after = 0; ///< modes
-    double s = 0;
-    int surface = 0;       ///< that was hit or left
-    unsigned contacts = 0; ///< surfaces that the point is on: bit j for surface j
-};
-
-/// A run with its events.
-struct History {
-    Status status = Status::ok;
-    std::string message;
-    double t = 0; ///< at the end
-    Vector x;
-    int mode = 0;
-    int surfaces = 1;
-    std::vector<Happening> events; ///< changes of mode, grazings and extrema
-    Counters counters{};
-};
-
-/// A run that may end at an event: where it starts, and what ends it.
-struct Leg {
-    double t0 = 0;
-    Vector x;
-    double t_end = 0;
-    int boundary = 0;  ///< it starts at the end of a slide, at s = -1 or +1; 0: nothing is known
-    bool held = false; ///< if it starts in a slide so do its neighbours
-    std::function<bool(const Happening&)> ends{}; ///< asked at every event; may be empty
-};
-
-/// What came of it, with derivatives.
-struct Journey {
-    Status status = Status::ok; ///< `event` if an event ended it
-    std::string message;
-    Jet end;               ///< (x, t) at the end, m = dim + 1; NaN slopes where singular
-    std::string word;      ///< the modes passed through, as `-`, `0` and `+`; see mode_text
-    int slides = 0;        ///< how many of them slide
-    int first = 0;         ///< the first of them
-    int last = 0;          ///< the last of them
-    int lost = 0;          ///< directions that the tangent space has lost, at least
-    bool singular = false; ///< an event was tangential within the tolerance
-};
-
-/// A least distance inside a segment.
-struct Least {
-    double t = 0;
-    Vector x;
-    double value = 0;
-    int side = 0; ///< in a slide: the boundary s = side; off the surface: the side itself
-};
-
-/// A period and its derivatives with respect to two parameters.
-struct PeriodJet {
-    double value = 0;
-    std::array<double, 2> slope{};
-    std::array<std::array<double, 2>, 2> bend{};
-};
-
-/// How exactly an AnySystem computes.
-struct Precision {
-    double rtol = 1e-12;
-    double atol = 1e-13;              ///< units of x
-    long long max_steps = 10'000'000; ///< in one run
-    /// May be empty. Asked now and then; from true on arcs and runs end with `interrupted`.
-    std::function<bool()> interrupted{};
-};
-
-/// See the top of the file. Modes are given by their codes, see Mode::code: for one surface -1, +1
-/// and 0 (sliding).
-class AnySystem {
-public:
-    virtual ~AnySystem() = default;
-    AnySystem() = default;
-    AnySystem(const AnySystem&) = delete;
-    AnySystem& operator=(const AnySystem&) = delete;
-
-    virtual int dim() const = 0;
-    /// What each surface is.
-    virtual std::vector<SurfaceKind> kinds() const = 0;
-    int surfaces() const { return int(kinds().size()); }
-    virtual std::vector<std::string> params() const = 0;
-    virtual Vector defaults() const = 0;
-    /// Relative tolerance of arcs and runs.
-    virtual double rtol() const = 0;
-    /// True if the fields repeat with a period.
-    virtual bool forced() const = 0;
-    /// The period with its derivatives with respect to a and b; zeros if there is none.
-    virtual PeriodJet period(const Vector& p, const Directions& along) const = 0;
-
-    /// Sliding is kept while |s| is below this: 1, or more with static friction.
-    virtual double s_max(const Vector& p) const = 0;
-
-    /// The field of a mode at a point.
-    virtual Vector field(int mode, double t, const Vector& x, const Vector& p) const = 0;
-    /// The same with derivatives (t0 is its time; t1 plays no part); m = dim.
-    virtual Jet rate(int mode, double t, const Vector& x, const Vector& p,
-                     const Directions& along) const = 0;
-    /// A quantity at a point (t0 is its time; t1 plays no part); m = 1.
-    virtual Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
-                         const Directions& along) const = 0;
-    /// x(t1) of a forced mode from x at t0; m = dim. Any sign of t1 - t0.
-    virtual Jet arc(int mode, double t0, const Vector& x, double t1, const Vector& p,
-                    const Directions& along) const = 0;
-    /// (h(t1) - sum_k<order h^(k) tau^k/k!) / tau^order along the field of a side, tau = t1 - t0,
-    /// by its Taylor series at t0: what is left of h when its roots at the start are divided out;
-    /// m = 1. No value if tau is too long for the series to be exact to rounding (or as exact as
-    /// differences are, of functions known by their values), for second derivatives, nor with
-    /// several surfaces.
-    virtual std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
-                                    const Vector& p, const Directions& along) const = 0;
-    /// Interior minima along a forced mode: of |h| off the surface, of 1 + s and 1 - s on it.
-    /// (Of a system with one surface.)
-    virtual std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
-                                      const Vector& p) const = 0;
-    /// The solution from x at t0 to t_end.
-    virtual History run(double t0, const Vector& x, double t_end, const Vector& p) const = 0;
-    /// The same with derivatives of its end, which may be an event.
-    virtual Journey journey(const Leg& leg, const Vector& p, const Directions& along) const = 0;
-    /// True if the caller has asked to stop. What arcs and runs gave since then is of no use.
-    virtual bool interrupted() const = 0;
-
-    /// Steps taken so far, in all arcs and runs, and evaluations of a field.
-    virtual Counters counters() const = 0;
-};
-
-/// True if a field or h depends on time at this point.
-inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, const Vector& p) {
-    const int d = system.dim(), surfaces = system.surfaces();
-    const auto moves = [d](const Jet& jet) { return jet.slope.col(d).cwiseAbs().maxCoeff() != 0; };
-    for (int region = 0; region < 1 << surfaces; ++region) {
-        int mode = 0;
-        for (int j = surfaces - 1; j >= 0; --j)
-            mode = 3 * mode + ((region >> j & 1) != 0 ? 1 : -1);
-        if (moves(system.rate(mode, t, x, p, {})))
-            return true;
-    }
-    for (int j = 0; j < surfaces; ++j)
-        if (moves(system.quantity({Quantity::Kind::h, -1, 0, j}, t, x, p, {})))
-            return true;
-    return false;
-}
-
 namespace detail {
-
-/// @error std::invalid_argument for anything but one surface at which only the field jumps
-inline void require_one_surface(const AnySystem& system) {
-    if (system.surfaces() != 1)
-        refuse("surfaces", system.surfaces(), "expected 1");
-    if (system.kinds()[0] != SurfaceKind::switching)
-        throw std::invalid_argument("filippov: system: expected one switching surface");
-}
-/// @param name  of the state among the caller's arguments
-inline void require_point(const AnySystem& system, double t0, const Vector& x, const Vector& p,
-                          const std::string& name = "x") {
-    if (x.size() != system.dim())
-        refuse(name + ".size()", double(x.size()), "expected dim entries");
-    if (p.size() != Eigen::Index(system.params().size()))
-        refuse("p.size()", double(p.size()), "expected one entry a parameter");
-    for (Eigen::Index i = 0; i < x.size(); ++i)
-        if (!std::isfinite(x[i]))
-            refuse(name + "[" + std::to_string(i) + "]", x[i], "expected a finite number");
-    for (Eigen::Index i = 0; i < p.size(); ++i)
-        if (!std::isfinite(p[i]))
-            refuse("p[" + std::to_string(i) + "]", p[i], "expected a finite number");
-    if (!std::isfinite(t0))
-        refuse("t0", t0, "expected a finite number");
-}
-inline PeriodJet require_period(const AnySystem& system, const Vector& p,
-                                const Directions& along = {}) {
-    if (!system.forced())
-        throw std::invalid_argument("filippov: system: expected one with a period");
-    const PeriodJet T = system.period(p, along);
-    if (!(T.value > 0 && T.value < std::numeric_limits<double>::infinity()))
-        refuse("period", T.value, "expected a finite number > 0");
-    return T;
-}
-inline void require_parameter(const AnySystem& system, const std::string& name, int k) {
-    if (!(k >= 0 && std::size_t(k) < system.params().size()))
-        refuse(name, k, "expected an index of a parameter");
-}
-inline void require_range(const std::string& name, double low, double high) {
-    if (!(low < high && std::isfinite(high - low)))
-        refuse(name, low, "expected finite low < high");
-}
-/// True if there are surfaces at which the state jumps.
-inline bool has_jumps(const AnySystem& system) {
-    const auto kinds = system.kinds();
-    return std::find(kinds.begin(), kinds.end(), SurfaceKind::jump) != kinds.end();
-}
-/// @error std::invalid_argument for a system whose state jumps
-inline void refuse_jumps(const AnySystem& system) {
-    if (has_jumps(system))
-        throw std::invalid_argument("filippov: system: expected no jumps of the state");
-}
 
 /// Steps of an arc. One that takes more leads far from the orbit that is looked for.
 inline constexpr long long most_arc_steps = 100'000;
 
 /// Taylor series long enough for short arcs.
 inline constexpr int rise_order = 9;
+
+/// How many terms of the series of a rise there are; 0 if they are too few, or tau too long.
+/// @param c  h', h'', ...; of functions that are known by their values there are five
+inline int terms_of_rise(const std::array<double, rise_order>& c, int order, double tau) {
+    int terms = 0;
+    while (terms < rise_order && std::isfinite(c[std::size_t(terms)]))
+        ++terms;
+    if (terms <= order)
+        return 0;
+    // The last terms stand for the remainder.
+    double largest = 0, last = 0, factor = 1;
+    for (int k = 1; k <= terms; ++k) {
+        factor *= k > order ? tau / k : 1.0 / k;
+        if (k < order)
+            continue;
+        const double term = std::abs(c[std::size_t(k - 1)]) * factor;
+        largest = std::max(largest, term);
+        if (k >= rise_order - 1 || k == terms)
+            last += term;
+    }
+    return last <= (terms == rise_order ? 1e-16 : 1e-8) * largest ? terms : 0;
+}
 
 template <class Sys, class Tableau> class ErasedSystem final : public AnySystem {
     static constexpr int N = dim_v<Sys>;
@@ -394,40 +162,19 @@ public:
             throw std::logic_error("filippov: minima of a segment are for one surface");
         if (!finite(t0, x, t1, p))
             return {};
-        const Mode<M> m = mode_with(mode);
-        const Vec<double, P> q = values_of(p);
-        std::vector<Sample> samples;
-        const auto keep = [&](const Clock<double>& clock, double dt, const X& y) {
-            const double t = clock.local + dt;
-            Sample sample{clock.absolute() + dt, y, {0, 0}};
-            if (mode != 0) {
-                sample.value[0] = mode * switching(sys_, t, y, q)[0];
-            } else {
-                const auto margin = sliding_margin(sys_, m, 0, t, y, q);
-                const double beyond = filippov::s_max(sys_, q) - 1;
-                sample.value = {margin.below + beyond, margin.above + beyond};
-            }
-            samples.push_back(sample);
-        };
-        Listener<double, N, M> listener;
-        listener.stop = interrupted_;
-        listener.step = [&](const auto& step, const auto& path) {
-            if (samples.empty())
-                keep(step.clock, 0.0, step.x0);
-            for (int k = 1; k <= 8; ++k)
-                keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
-        };
-        add(segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters);
+        const std::vector<Sample<N>> samples = samples_of(mode, t0, x, t1, p);
         std::vector<Least> found;
         if (samples.size() < 2)
             return found;
         const auto look = [&](std::size_t which, int side) {
             const Quantity slope{mode != 0 ? Quantity::Kind::h : Quantity::Kind::margin, side, 1};
-            const auto rate = [&](const Sample& sample) {
+            const auto rate = [&](const Sample<N>& sample) {
                 return (mode != 0 ? mode : 1) *
                        quantity_of(slope, sample.t, sample.x, values_of(p));
             };
-            collect(samples, which, side, rate(samples.front()), rate(samples.back()), found);
+            for (const auto& least :
+                 sampled_minima(samples, which, rate(samples.front()), rate(samples.back())))
+                found.push_back({least.t, cut(least.x), least.value, side});
         };
         if (mode != 0) {
             look(0, mode);
@@ -544,25 +291,8 @@ private:
                                    const Vector& p, const Directions& along) const {
         const auto plain = lie_derivatives<rise_order>(field_of(side), h_of(0), local(t0, p),
                                                        point(x), values_of(p));
-        // Of functions that are known by their values there are five terms.
-        int terms = 0;
-        while (terms < rise_order && std::isfinite(plain[std::size_t(terms)]))
-            ++terms;
-        if (along.v != nullptr || terms <= order)
-            return std::nullopt;
-        // The last terms stand for the remainder.
-        const double tau = std::abs(t1 - t0);
-        double largest = 0, last = 0, factor = 1;
-        for (int k = 1; k <= terms; ++k) {
-            factor *= k > order ? tau / k : 1.0 / k;
-            if (k < order)
-                continue;
-            const double term = std::abs(plain[std::size_t(k - 1)]) * factor;
-            largest = std::max(largest, term);
-            if (k >= rise_order - 1 || k == terms)
-                last += term;
-        }
-        if (!(last <= (terms == rise_order ? 1e-16 : 1e-8) * largest))
+        const int terms = terms_of_rise(plain, order, std::abs(t1 - t0));
+        if (along.v != nullptr || terms == 0)
             return std::nullopt;
         using D = Dual<double, point_directions>;
         const auto c = lie_derivatives<rise_order>(field_of(side), h_of(0), time_of<D>(t0, along),
@@ -585,42 +315,34 @@ private:
         result.slope(0, n_ + 1) = slope;
         return result;
     }
-    /// A point of a forced segment.
-    struct Sample {
-        double t;
-        X x;
-        std::array<double, 2> value; ///< |h|; or 1 + s and 1 - s
-    };
-    /// Minima among samples, each the vertex of a parabola through three of them; where the value
-    /// falls at the start, or rises at the end, and its neighbour lies above, through two and the
-    /// slope.
-    void collect(const std::vector<Sample>& samples, std::size_t which, int side,
-                 double first_slope, double last_slope, std::vector<Least>& found) const {
-        const auto keep = [&](const Sample& from, const Sample& to, double dt, double value) {
-            const double theta = dt / (to.t - from.t);
-            found.push_back({from.t + dt, cut(from.x + theta * (to.x - from.x)), value, side});
+    /// Samples of a forced segment, eight a step: |h|; or 1 + s and 1 - s.
+    std::vector<Sample<N>> samples_of(int mode, double t0, const Vector& x, double t1,
+                                      const Vector& p) const {
+        const Mode<M> m = mode_with(mode);
+        const Vec<double, P> q = values_of(p);
+        std::vector<Sample<N>> samples;
+        const auto keep = [&](const Clock<double>& clock, double dt, const X& y) {
+            const double t = clock.local + dt;
+            Sample<N> sample{clock.absolute() + dt, y, {0, 0}};
+            if (mode != 0) {
+                sample.value[0] = mode * switching(sys_, t, y, q)[0];
+            } else {
+                const auto margin = sliding_margin(sys_, m, 0, t, y, q);
+                const double beyond = filippov::s_max(sys_, q) - 1;
+                sample.value = {margin.below + beyond, margin.above + beyond};
+            }
+            samples.push_back(sample);
         };
-        const auto at_end = [&](const Sample& end, const Sample& inner, double slope) {
-            const double u = inner.t - end.t, rise = inner.value[which] - end.value[which];
-            if (!(slope * u < 0 && rise >= 0))
-                return;
-            const double bend = (rise / u - slope) / u;
-            keep(end, inner, -slope / (2 * bend), end.value[which] - slope * slope / (4 * bend));
+        Listener<double, N, M> listener;
+        listener.stop = interrupted_;
+        listener.step = [&](const auto& step, const auto& path) {
+            if (samples.empty())
+                keep(step.clock, 0.0, step.x0);
+            for (int k = 1; k <= 8; ++k)
+                keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
         };
-        const std::size_t n = samples.size();
-        at_end(samples[0], samples[1], first_slope);
-        for (std::size_t i = 1; i + 1 < n; ++i) {
-            const Sample &a = samples[i - 1], &b = samples[i], &c = samples[i + 1];
-            const double ga = a.value[which], gb = b.value[which], gc = c.value[which];
-            if (!(gb < ga && gb <= gc))
-                continue;
-            const double u = a.t - b.t, w = c.t - b.t;
-            const double ka = (ga - gb) / u, kc = (gc - gb) / w;
-            const double bend = (kc - ka) / (w - u), slope = ka - bend * u;
-            const double dt = bend > 0 ? std::clamp(-slope / (2 * bend), u, w) : 0.0;
-            keep(b, dt < 0 ? a : c, dt, gb + dt * (slope + bend * dt));
-        }
-        at_end(samples[n - 1], samples[n - 2], last_slope);
+        add(segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters);
+        return samples;
     }
 
     auto field_of(int mode) const {

@@ -2,7 +2,7 @@
 // Lyapunov exponents through crossings and slides.
 #pragma once
 
-#include <filippov/any_system.hpp>
+#include <filippov/system_interface.hpp>
 
 #include <Eigen/QR>
 

@@ -2,7 +2,7 @@
 // Maps of a flow with their derivatives: strobe, section, and the transition map of section 4.5.
 #pragma once
 
-#include <filippov/any_system.hpp>
+#include <filippov/system_interface.hpp>
 
 #include <Eigen/LU>
 

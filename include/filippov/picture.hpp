@@ -3,10 +3,10 @@
 #pragma once
 
 #include <filippov/any_lanes.hpp>
-#include <filippov/any_system.hpp>
 #include <filippov/cells.hpp>
 #include <filippov/exit_basins.hpp>
 #include <filippov/maps.hpp>
+#include <filippov/system_interface.hpp>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // The word of an orbit: its modes, and what ends each of them.
 #pragma once
 
-#include <filippov/any_system.hpp>
+#include <filippov/system_interface.hpp>
 
 #include <algorithm>
 #include <string>

@@ -5,6 +5,7 @@
 #include "model.hpp"
 
 #include <filippov/all_branches.hpp>
+#include <filippov/any_system.hpp>
 #include <filippov/diagram.hpp>
 #include <filippov/rodas5p.hpp>
 #include <filippov/trajectory.hpp>

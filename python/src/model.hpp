@@ -4,8 +4,8 @@
 #pragma once
 
 #include <filippov/any_lanes.hpp>
-#include <filippov/any_system.hpp>
 #include <filippov/parallel.hpp>
+#include <filippov/system_interface.hpp>
 
 #include <array>
 #include <functional>
