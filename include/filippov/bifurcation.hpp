@@ -35,6 +35,9 @@ constexpr std::string_view name(Kind kind) {
     return names[static_cast<std::size_t>(kind)];
 }
 
+/// True of the four bifurcations in which a word changes.
+constexpr bool is_sliding(Kind kind) { return kind <= Kind::adding_sliding; }
+
 /// What may end a word. The value is positive while the word is right, and in units of the orbit:
 /// its period, its fastest approach to the surface, and their product.
 struct Test {
@@ -352,8 +355,7 @@ inline SlidingCondition moved_to(const Cycle& c, const SlidingCondition& s) {
 /// above the surface: its deviation falls onto the surface along f2 - f1.
 /// @source di Bernardo, Kowalczyk, Nordmark (2002), Physica D 170, 175-205 (the correction of
 ///         grazing-sliding is linear)
-inline std::vector<std::complex<double>> floquet_of_grazing_child(const AnySystem& system,
-                                                                  const SlidingCondition& s) {
+inline Multipliers floquet_of_grazing_child(const AnySystem& system, const SlidingCondition& s) {
     const Cycle c = detail::rotated(s.cycle, s.node);
     const int d = system.dim(), m = system.forced() ? d + 1 : d;
     const Matrix fall = detail::fall(system, c.t[0], c.x[0], c.p);
@@ -385,8 +387,7 @@ inline std::vector<std::complex<double>> floquet_of_grazing_child(const AnySyste
 
 /// Multipliers of the orbit with more segments, at the bifurcation: only at a grazing do they
 /// differ from those of the other.
-inline std::vector<std::complex<double>> floquet_of_child(const AnySystem& system,
-                                                          const SlidingCondition& s) {
+inline Multipliers floquet_of_child(const AnySystem& system, const SlidingCondition& s) {
     return s.kind == Kind::grazing_sliding ? floquet_of_grazing_child(system, s)
                                            : floquet(system, parent_of(s));
 }
@@ -402,8 +403,7 @@ inline std::vector<std::complex<double>> floquet_of_child(const AnySystem& syste
 /// @source Feigin's classification, di Bernardo, Feigin, Hogan, Homer (1999), Chaos, Solitons &
 ///         Fractals 10, 1881-1908; skew tent map: Nusse & Yorke (1995), Int. J. Bifurcation and
 ///         Chaos 5, 189-207
-inline std::string border_collision(const std::vector<std::complex<double>>& a,
-                                    const std::vector<std::complex<double>>& b) {
+inline std::string border_collision(const Multipliers& a, const Multipliers& b) {
     const auto count = [](const auto& multipliers, auto beyond) {
         return std::count_if(multipliers.begin(), multipliers.end(),
                              [&](const auto& m) { return m.imag() == 0 && beyond(m.real()); });

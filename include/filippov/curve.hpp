@@ -31,8 +31,6 @@ struct CurveStart {
     int growing_rate = 0; ///< +-1: the second derivative at the node grows in this direction
 };
 
-inline bool is_sliding(Kind kind) { return kind <= Kind::adding_sliding; }
-
 /// The start of a curve from a bifurcation on a branch.
 inline CurveStart curve_start(const SpecialPoint& s) {
     CurveStart start;
@@ -572,8 +570,7 @@ private:
     /// The sliding bifurcation of an orbit that bifurcates otherwise, too.
     SpecialPoint second_bifurcation(const Place& here, const SlidingCondition& s,
                                     const Convergence& convergence) const {
-        SpecialPoint special = detail::special_point(system_, s);
-        special.convergence = convergence;
+        SpecialPoint special = detail::special_point(system_, s, convergence);
         special.word_before = special.word_after = here.shooting->word().string();
         return special;
     }

@@ -12,8 +12,12 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace filippov {
+
+/// Floquet multipliers, largest first.
+using Multipliers = std::vector<std::complex<double>>;
 
 namespace detail {
 
@@ -70,9 +74,8 @@ inline Matrix node_tangent(const AnySystem& system, const Cycle& c, std::size_t 
 
 /// Eigenvalues of a return map, and the multipliers that are known: 1 of an autonomous system, and
 /// zeros for the directions in which a node cannot vary.
-inline std::vector<std::complex<double>> sorted_multipliers(const AnySystem& system,
-                                                            const Matrix& reduced) {
-    std::vector<std::complex<double>> multipliers;
+inline Multipliers sorted_multipliers(const AnySystem& system, const Matrix& reduced) {
+    Multipliers multipliers;
     if (reduced.rows() > 0) {
         const Eigen::VectorXcd values = reduced.eigenvalues();
         multipliers.assign(values.begin(), values.end());
@@ -94,8 +97,8 @@ inline std::vector<std::complex<double>> sorted_multipliers(const AnySystem& sys
 /// end of a slide that has a dimension less for each surface slid on: so many multipliers are 0
 /// exactly, and so is the 1 of an autonomous system.
 /// @param arcs  derivatives of the segments, if they are known: see Shooting::arcs_in
-inline std::vector<std::complex<double>> floquet(const AnySystem& system, const Cycle& c,
-                                                 const std::vector<Jet>& arcs = {}) {
+inline Multipliers floquet(const AnySystem& system, const Cycle& c,
+                           const std::vector<Jet>& arcs = {}) {
     const std::size_t n = c.size();
     std::size_t first = 0; // the end of a slide, if there is one, on most surfaces at once
     int most = 1;
@@ -119,7 +122,7 @@ inline std::vector<std::complex<double>> floquet(const AnySystem& system, const 
 
 /// True if all Floquet multipliers are inside the unit circle, but for the one of an autonomous
 /// system that is 1.
-inline bool is_stable(const std::vector<std::complex<double>>& multipliers, bool forced) {
+inline bool is_stable(const Multipliers& multipliers, bool forced) {
     std::ptrdiff_t inside = forced ? 0 : 1;
     for (const auto& m : multipliers)
         inside += std::abs(m) < 1;
@@ -129,10 +132,10 @@ inline bool is_stable(const std::vector<std::complex<double>>& multipliers, bool
 /// A periodic orbit, or why there is none.
 struct Orbit {
     Cycle cycle;
-    std::vector<std::complex<double>> multipliers; ///< dim of them, largest first
-    double t_start = 0;                            ///< where the monodromy matrix is taken
-    Vector x_start;                                ///< state there
-    Matrix monodromy;                              ///< dx(t_start + period)/dx(t_start)
+    Multipliers multipliers; ///< dim of them, largest first
+    double t_start = 0;      ///< where the monodromy matrix is taken
+    Vector x_start;          ///< state there
+    Matrix monodromy;        ///< dx(t_start + period)/dx(t_start)
     Convergence convergence;
     Status status = Status::not_converged;
     std::string message; ///< of a failure

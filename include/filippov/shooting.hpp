@@ -333,6 +333,16 @@ private:
 /// cannot be evaluated.
 using Equations = std::function<bool(const Vector& z, Vector& F, Matrix& J)>;
 
+/// The equations of a word. The shooting has to outlive them.
+inline Equations equations_of(const Shooting& shooting) {
+    return [&shooting](const Vector& z, Vector& F, Matrix& J) {
+        auto e = shooting.evaluate(z);
+        F = std::move(e.F);
+        J = std::move(e.J);
+        return e.status == Status::ok;
+    };
+}
+
 /// How Newton's iteration went.
 struct Convergence {
     Status status = Status::not_converged;
@@ -390,14 +400,8 @@ inline Convergence newton(const Equations& equations, const Vector& scale, Vecto
 inline Convergence shoot(const AnySystem& system, Cycle& cycle, double tolerance = 1e-12) {
     const Shooting shooting(system, cycle);
     Vector z = shooting.pack(cycle);
-    const Equations equations = [&](const Vector& u, Vector& F, Matrix& slope) {
-        auto e = shooting.evaluate(u);
-        F = std::move(e.F);
-        slope = std::move(e.J);
-        return e.status == Status::ok;
-    };
     Matrix J;
-    const Convergence c = newton(equations, shooting.scales(cycle), z, J, tolerance);
+    const Convergence c = newton(equations_of(shooting), shooting.scales(cycle), z, J, tolerance);
     if (c.ok())
         cycle = shooting.unpack(z);
     return c;

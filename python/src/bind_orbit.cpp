@@ -14,7 +14,6 @@ namespace filippov::python {
 namespace {
 
 using Doubles = Array<double>;
-using Multipliers = std::vector<std::complex<double>>;
 
 void append(std::vector<double>& out, const Vector& x) {
     out.insert(out.end(), x.begin(), x.end());
