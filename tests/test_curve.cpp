@@ -72,8 +72,7 @@ TEST_CASE("curve: a switching-sliding curve ends where two others begin", "[curv
     CHECK(1 + A * omega * std::sin(phase) == Approx(0).margin(1e-9));
     CHECK(b1.cycle.x[b1.node][0] == Approx(-4 + A * std::cos(phase)).epsilon(1e-11));
 
-    const CurveTracer::Degenerate at = tracer.degenerate()[0];
-    const auto starts = curves_at_degenerate(at.cycle, at.node, at.side);
+    const auto starts = curves_at_degenerate(tracer.degenerate()[0]);
     const Curve crossing = tracer.trace(starts[1]), adding = tracer.trace(starts[2]);
     for (const Curve* curve : {&crossing, &adding}) {
         CHECK(curve->points.size() > 10);

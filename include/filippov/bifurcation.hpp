@@ -56,15 +56,18 @@ struct Test {
 
 namespace detail {
 
+/// A quantity at a node of a cycle.
+inline double value_at(const AnySystem& system, const Cycle& c, std::size_t node,
+                       const Quantity& q) {
+    return system.quantity(q, c.t[node], c.x[node], c.p, {}).value[0];
+}
 /// The fastest rate of h at the nodes of a cycle.
 inline double fastest_rate(const AnySystem& system, const Cycle& c) {
     double fastest = std::numeric_limits<double>::min();
     for (std::size_t i = 0; i < c.size(); ++i)
-        for (const int side : {-1, 1}) {
-            const Quantity rate{Quantity::Kind::h, side, 1};
-            fastest = std::max(fastest,
-                               std::abs(system.quantity(rate, c.t[i], c.x[i], c.p, {}).value[0]));
-        }
+        for (const int side : {-1, 1})
+            fastest =
+                std::max(fastest, std::abs(value_at(system, c, i, {Quantity::Kind::h, side, 1})));
     return fastest;
 }
 /// An interior minimum to full accuracy: Newton on the time at which it is. (What a run shows is
@@ -116,9 +119,7 @@ inline std::vector<Test> tests_of(const AnySystem& system, const Cycle& c) {
         const std::size_t node = (i + 1) % n;
         const int own = letter.mode, after = c.word[node].mode;
         const auto rate = [&](int side) {
-            return system.quantity({Quantity::Kind::h, side, 1}, c.t[node], c.x[node], c.p, {})
-                       .value[0] /
-                   fastest;
+            return detail::value_at(system, c, node, {Quantity::Kind::h, side, 1}) / fastest;
         };
         all.push_back({Test::What::arrival, node, -own * rate(own), {}});
         const double far = rate(-own);

@@ -2,7 +2,9 @@
 // All that the orbits of a system do in a rectangle of two parameters, from nothing but the model.
 #pragma once
 
+#include <filippov/branch.hpp>
 #include <filippov/curve.hpp>
+#include <filippov/orbit.hpp>
 
 #include <functional>
 
@@ -31,11 +33,6 @@ struct BifurcationSet {
 };
 
 namespace detail {
-
-/// The bifurcating orbit where a curve starts.
-inline const Cycle& cycle_of_start(const CurveStart& start) {
-    return is_sliding(start.kind) ? start.condition.cycle : start.cycle;
-}
 
 class BoxExplorer {
 public:
@@ -98,13 +95,13 @@ private:
 
     void follow_curve(const CurveStart& start) {
         for (const Curve& curve : set_.curves)
-            if (curve.kind == start.kind && passes(curve.points, cycle_of_start(start), 2))
+            if (curve.kind == start.kind && passes(curve.points, start.orbit(), 2))
                 return;
         CurveTracer tracer(system_, box_, search_.steps);
         set_.curves.push_back(tracer.trace(start));
         set_.corrections += set_.curves.back().corrections;
         for (const auto& point : tracer.degenerate())
-            for (const CurveStart& next : curves_at_degenerate(point.cycle, point.node, point.side))
+            for (const CurveStart& next : curves_at_degenerate(point))
                 if (next.kind != start.kind)
                     queue_.push_back(next);
     }

@@ -20,7 +20,7 @@ inline std::vector<std::pair<std::string, double>>
 conditions_at(const AnySystem& system, const Cycle& c, std::size_t node, int side) {
     using K = Quantity::Kind;
     const auto at = [&](K kind, int order) {
-        return system.quantity({kind, side, order}, c.t[node], c.x[node], c.p, {}).value[0];
+        return value_at(system, c, node, {kind, side, order});
     };
     const std::string L = side < 0 ? "L1" : "L2";
     return {{"h", at(K::h, 0)},
@@ -33,10 +33,7 @@ conditions_at(const AnySystem& system, const Cycle& c, std::size_t node, int sid
 inline Kind named(const AnySystem& system, const SlidingCondition& s) {
     if (s.kind != Kind::switching_sliding && s.kind != Kind::crossing_sliding)
         return s.kind;
-    const double push = system
-                            .quantity({Quantity::Kind::h, s.side, 2}, s.cycle.t[s.node],
-                                      s.cycle.x[s.node], s.cycle.p, {})
-                            .value[0];
+    const double push = value_at(system, s.cycle, s.node, {Quantity::Kind::h, s.side, 2});
     return s.side * push < 0 ? Kind::switching_sliding : Kind::crossing_sliding;
 }
 /// All that belongs to a sliding bifurcation, but for the words.

@@ -127,10 +127,7 @@ inline bool keep_first(const BranchLine& line, std::vector<SlidingCondition>& co
 /// The curve of the word with one segment more, in the direction in which that grows.
 inline std::optional<BranchPlace> child(const BranchLine& line, const SlidingCondition& s) {
     if (s.kind == Kind::grazing_sliding) {
-        const double far = line.system
-                               .quantity({Quantity::Kind::h, -s.side, 1}, s.cycle.t[s.node],
-                                         s.cycle.x[s.node], s.cycle.p, {})
-                               .value[0];
+        const double far = value_at(line.system, s.cycle, s.node, {Quantity::Kind::h, -s.side, 1});
         if (!(s.side * far > 0))
             return std::nullopt;
     }
