@@ -10,6 +10,7 @@
 #include <cmath>
 
 using namespace filippov;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -386,6 +387,35 @@ TEST_CASE("branch: nothing is missed in the last step before a bound", "[branch]
     CHECK(branch.special[0].cycle.p[0] == Approx(2.456262616).epsilon(1e-9));
     CHECK_FALSE(branch.points.front().stable(true));
     CHECK(branch.points.back().stable(true));
+}
+
+TEST_CASE("branch: steps are never shorter than the shortest", "[branch]") {
+    const auto system = oscillator_system();
+    const Orbit orbit = settle(*system, params_at(*system, 0.5, 2.94), Vector::Zero(2));
+    // what is behind a bifurcation is looked at with a tenth of the first step
+    const Branch branch =
+        BranchTracer(*system, 1, 2.84, 2.98, {.min_step = 2e-3}).trace(orbit.cycle);
+    CHECK(branch.status == Status::ok);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == branch.begin);
+    CHECK(branch.special.size() == 2);
+    CHECK_THROWS_WITH(BranchTracer(*system, 1, 2.84, 2.98, {.first_step = 1e-8}),
+                      ContainsSubstring("first_step"));
+}
+
+TEST_CASE("branch: a start that is not within the bounds is refused", "[branch]") {
+    const Traced traced = trace(0.5, 2.94, 2.84, 2.98);
+    const Cycle start = trace(0.5, 2.94, 2.93, 2.98).branch.points[0].cycle;
+    CHECK(start.p[1] == 2.93);
+    for (const auto& [low, high] : {std::pair{2.95, 3.2}, {2.0, 2.9}}) {
+        BranchTracer tracer(*traced.system, 1, low, high);
+        CHECK_THROWS_WITH(tracer.trace(start), ContainsSubstring("start.p[1] = 2.93"));
+    }
+    BranchTracer beside(*traced.system, 1, 2.95, 3.2);
+    const SpecialPoint* special = traced.find(Kind::grazing_sliding, 2.9);
+    REQUIRE(special != nullptr);
+    CHECK_THROWS_WITH(beside.trace(*special), ContainsSubstring("start.p[1]"));
+    CHECK(BranchTracer(*traced.system, 1, 2.93, 2.98).trace(start).status == Status::ok);
 }
 
 TEST_CASE("branch: different bifurcations within one step", "[branch]") {

@@ -28,9 +28,9 @@ public:
 
     /// The branch through a solved cycle, in both directions.
     /// @error std::invalid_argument unless there is one surface, a switching one without static
-    /// friction
+    /// friction, and the cycle lies within the bounds
     Branch trace(const Cycle& start) {
-        detail::require_continuable(line_.system, start.p);
+        require_start(start);
         Branch backward, forward;
         both_ways(start, backward, forward);
         return detail::joined(backward, forward);
@@ -38,9 +38,9 @@ public:
     /// The branch through a bifurcation, that one among its special points: from one of the four
     /// sliding bifurcations the orbit with fewer segments goes one way, that with more the other.
     /// @error std::invalid_argument unless there is one surface, a switching one without static
-    /// friction
+    /// friction, and the bifurcation lies within the bounds
     Branch trace(const SpecialPoint& start) {
-        detail::require_continuable(line_.system, start.cycle.p);
+        require_start(start.cycle);
         return is_sliding(start.kind) ? trace_sliding(start) : trace_smooth(start);
     }
 
@@ -52,6 +52,12 @@ private:
     static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
     static constexpr const char* several = "several bifurcations at once";
 
+    void require_start(const Cycle& start) const {
+        detail::require_continuable(line_.system, start.p);
+        if (!line_.holds(line_.value(start)))
+            detail::refuse("start.p[" + std::to_string(line_.parameter) + "]", line_.value(start),
+                           "expected a value within the bounds");
+    }
     Branch trace_sliding(const SpecialPoint& start) {
         SlidingCondition s{start.kind, start.cycle, start.node, start.side};
         SpecialPoint here = detail::describe(line_.system, s, start.convergence);
@@ -177,7 +183,7 @@ private:
         const bool last_try = ds < 2 * settings_.min_step;
         const StepEnd end = bifurcate(here, to.cycle, failed, branch, trouble, last_try);
         if (end != StepEnd::retry) // to see what happens right behind it
-            ds = std::min(ds, 0.1 * settings_.first_step);
+            ds = std::min(ds, std::max(0.1 * settings_.first_step, settings_.min_step));
         return end;
     }
     /// False if there is no point of the curve near the step's end.
@@ -195,8 +201,7 @@ private:
             return false;
         to.cycle = here.shooting->unpack(to.z);
         // A step that leaves the bounds becomes one to the bound.
-        const double value = here.parameter_of(to.z);
-        to.last = !(value >= line_.low && value <= line_.high);
+        to.last = !line_.holds(here.parameter_of(to.z));
         return !to.last || stop_at_bound(here, to, branch);
     }
     /// The point at the bound between `here` and `to`, with its Jacobian.

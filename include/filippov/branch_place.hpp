@@ -23,6 +23,7 @@ struct BranchLine {
 
     double width() const { return high - low; }
     double value(const Cycle& c) const { return c.p[parameter]; }
+    bool holds(double value) const { return value >= low && value <= high; }
     /// Lengths in which steps are measured: the orbit's own, and the width.
     Vector scales(const Shooting& shooting, const Cycle& c) const {
         Vector scale = shooting.scales(c);

@@ -64,8 +64,8 @@ inline constexpr const char* diverges = "Newton's iteration does not converge";
 inline void validate(const BranchSettings& s) {
     if (!(s.min_step > 0 && s.min_step <= s.max_step && std::isfinite(s.max_step)))
         refuse("min_step", s.min_step, "expected 0 < min_step <= max_step");
-    if (!(s.first_step > 0 && std::isfinite(s.first_step)))
-        refuse("first_step", s.first_step, "expected a number > 0");
+    if (!(s.first_step >= s.min_step && std::isfinite(s.first_step)))
+        refuse("first_step", s.first_step, "expected a finite number >= min_step");
     require_positive("max_points", s.max_points);
 }
 /// With static friction a slide ends in a jump of the field, and no sliding bifurcation is one of
