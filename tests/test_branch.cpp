@@ -418,6 +418,27 @@ TEST_CASE("branch: a start that is not within the bounds is refused", "[branch]"
     CHECK(BranchTracer(*traced.system, 1, 2.93, 2.98).trace(start).status == Status::ok);
 }
 
+TEST_CASE("bifurcation: a test that is no number is a cause, in whatever order", "[branch]") {
+    Cycle c;
+    for (int i = 0; i < 6; ++i) {
+        c.t.push_back(i);
+        c.x.push_back(Vector::Zero(2));
+        c.word.letters.push_back({i % 2 == 0 ? -1 : 1, Until::surface});
+    }
+    c.period = 6;
+    std::vector<Test> failed;
+    for (const std::size_t i : {0, 1, 2, 3, 4, 5})
+        failed.push_back({Test::What::far_side, i, i == 3 ? std::nan("") : -1 - double(i), {}});
+    for (int k = 0; k < 6; ++k) {
+        const std::vector<Test> causes = causes_of(failed, c);
+        REQUIRE(causes.size() == 3);
+        CHECK(causes[0].i == 3);
+        CHECK(causes[1].i == 5);
+        CHECK(causes[2].i == 1);
+        std::rotate(failed.begin(), failed.begin() + 1, failed.end());
+    }
+}
+
 TEST_CASE("branch: different bifurcations within one step", "[branch]") {
     // near the degenerate point a slip is born in the slide (adding) and at once reaches its start
     // (crossing): the words of plain runs between them

@@ -5,8 +5,15 @@
 #include <filippov/arclength.hpp>
 #include <filippov/floquet.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace filippov {
 
@@ -138,8 +145,12 @@ inline std::vector<Test> causes_of(std::vector<Test> failed, const Cycle& c) {
                : test.what == Test::What::arrival  ? 2
                                                    : 3;
     };
-    std::sort(failed.begin(), failed.end(), [&](const Test& a, const Test& b) {
-        return rank(a) != rank(b) ? rank(a) < rank(b) : a.value < b.value;
+    // what is no number has failed worst
+    const auto value = [](const Test& test) {
+        return std::isnan(test.value) ? -std::numeric_limits<double>::infinity() : test.value;
+    };
+    std::stable_sort(failed.begin(), failed.end(), [&](const Test& a, const Test& b) {
+        return rank(a) != rank(b) ? rank(a) < rank(b) : value(a) < value(b);
     });
     // by node: where a segment starts, or the node itself
     const std::size_t n = c.size();
