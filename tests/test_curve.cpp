@@ -10,6 +10,7 @@
 #include <map>
 
 using namespace filippov;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -110,6 +111,32 @@ TEST_CASE("curve: the degenerate point is the same from all three curves", "[cur
     REQUIRE(found.size() == 3);
     for (const Vector& p : found)
         CHECK((p - found[0]).norm() < 1e-9);
+}
+
+TEST_CASE("curve: of bifurcations that are not followed none starts", "[curve]") {
+    const Branch branch = branch_at(5, 1.6, 1.5, 3.2);
+    CurveTracer tracer(*oscillator, {{1, 0}, {1.5, 4.0}, {3.2, 5.5}});
+    for (const Kind kind : {Kind::neimark_sacker, Kind::cusp, Kind::degenerate_switching_sliding}) {
+        CurveStart start;
+        start.kind = kind;
+        start.cycle = branch.points[3].cycle;
+        CHECK_THROWS_WITH(tracer.trace(start), ContainsSubstring(std::string(name(kind))));
+    }
+}
+
+TEST_CASE("bifurcation_set: rectangles that make no sense are refused before any work", "[curve]") {
+    const Vector p = oscillator->defaults();
+    const auto before = oscillator->counters().field;
+    CHECK_THROWS_WITH(bifurcation_set(*oscillator, p, {{77, 0}, {1, 3}, {2, 4}}),
+                      ContainsSubstring("box.parameters = 77"));
+    CHECK_THROWS_WITH(bifurcation_set(*oscillator, p, {{1, 1}, {1, 3}, {2, 4}}),
+                      ContainsSubstring("box.parameters = 1"));
+    CHECK_THROWS_WITH(bifurcation_set(*oscillator, p, {{1, 0}, {1, 3}, {std::nan(""), 4}}),
+                      ContainsSubstring("box.low = 1"));
+    CHECK_THROWS_WITH(
+        bifurcation_set(*oscillator, p, {{1, 0}, {1, 3}, {2, 4}}, {.steps = {.min_step = 1}}),
+        ContainsSubstring("min_step"));
+    CHECK(oscillator->counters().field == before);
 }
 
 TEST_CASE("curve: two folds meet in a cusp", "[curve]") {

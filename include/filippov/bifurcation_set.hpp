@@ -40,6 +40,8 @@ public:
         : system_(system), p_(p), box_(box), search_(search),
           x0_(search.x0.size() > 0 ? search.x0 : Vector(Vector::Zero(system.dim()))) {
         require_point(system, 0, x0_, p, "x0");
+        require_box(system, box);
+        validate(search.steps);
         require_positive("lines", search.lines);
         require_positive("starts", search.starts);
         require_positive("max_curves", search.max_curves);

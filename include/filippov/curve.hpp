@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,12 +20,7 @@ class CurveTracer {
 public:
     CurveTracer(const AnySystem& system, const Box& box, const BranchSettings& settings = {})
         : plane_{system, box}, settings_(settings) {
-        for (std::size_t k = 0; k < 2; ++k) {
-            detail::require_parameter(system, "box.parameters", box.parameters[k]);
-            detail::require_range("box.low", box.low[k], box.high[k]);
-        }
-        if (box.parameters[0] == box.parameters[1])
-            detail::refuse("box.parameters", box.parameters[1], "expected two different ones");
+        detail::require_box(system, box);
         detail::validate(settings);
     }
 
@@ -32,8 +28,12 @@ public:
     const std::vector<DegeneratePoint>& degenerate() const { return degenerate_; }
 
     /// @error std::invalid_argument unless there is one surface, a switching one without static
-    /// friction
+    /// friction, and the bifurcation is a sliding one, a fold or a flip
     Curve trace(const CurveStart& start) {
+        if (!is_sliding(start.kind) && start.kind != Kind::fold && start.kind != Kind::flip)
+            throw std::invalid_argument(
+                "filippov: start.kind: expected a sliding bifurcation, a fold or a flip, not " +
+                std::string(name(start.kind)));
         detail::require_continuable(plane_.system, start.orbit().p);
         detail::HalfCurve forward, backward;
         run(start, +1, forward);

@@ -18,6 +18,19 @@ struct Box {
     double width(std::size_t k) const { return high[k] - low[k]; }
 };
 
+namespace detail {
+
+inline void require_box(const AnySystem& system, const Box& box) {
+    for (std::size_t k = 0; k < 2; ++k) {
+        require_parameter(system, "box.parameters", box.parameters[k]);
+        require_range("box.low", box.low[k], box.high[k]);
+    }
+    if (box.parameters[0] == box.parameters[1])
+        refuse("box.parameters", box.parameters[1], "expected two different ones");
+}
+
+} // namespace detail
+
 /// A curve of one kind of bifurcation.
 struct Curve : Branch {
     Kind kind{};
