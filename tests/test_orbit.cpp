@@ -225,6 +225,22 @@ TEST_CASE("orbit: beside a flip, the stable one, and once", "[orbit]") {
     CHECK(found.stable(true));
 }
 
+TEST_CASE("floquet: of a map that is no number no multiplier is one", "[orbit]") {
+    for (const int n : {1, 2, 3, 5}) {
+        Matrix map = Matrix::Identity(n, n) / 2;
+        for (const auto& m : detail::eigenvalues_of(map))
+            CHECK(m == 0.5);
+        map(n - 1, 0) = std::nan("");
+        for (const auto& m : detail::eigenvalues_of(map))
+            CHECK(std::isnan(m.real()));
+    }
+    const auto system = oscillator_system();
+    Matrix map = Matrix::Identity(2, 2) / 2;
+    CHECK(is_stable(detail::sorted_multipliers(*system, map), true));
+    map(0, 1) = std::nan("");
+    CHECK_FALSE(is_stable(detail::sorted_multipliers(*system, map), true));
+}
+
 TEST_CASE("orbit: with static friction slides end at s_max", "[orbit]") {
     const auto system = any_system(models::Stiction{});
     for (const auto& [A, omega] : {std::pair{2.0, 1.2}, {4.0, 0.8}}) {

@@ -72,20 +72,28 @@ inline Matrix node_tangent(const AnySystem& system, const Cycle& c, std::size_t 
     return Q.rightCols(m - C.rows());
 }
 
+/// NaN where the matrix has an entry that is no number.
+inline std::vector<std::complex<double>> eigenvalues_of(const Matrix& J) {
+    if (J.rows() == 0)
+        return {};
+    if (!J.allFinite()) // none of them is known to be stable
+        return std::vector<std::complex<double>>(std::size_t(J.rows()),
+                                                 std::numeric_limits<double>::quiet_NaN());
+    const Eigen::VectorXcd values = J.eigenvalues();
+    return {values.begin(), values.end()};
+}
 /// Eigenvalues of a return map, and the multipliers that are known: 1 of an autonomous system, and
 /// zeros for the directions in which a node cannot vary.
 inline Multipliers sorted_multipliers(const AnySystem& system, const Matrix& reduced) {
-    Multipliers multipliers;
-    if (reduced.rows() > 0) {
-        const Eigen::VectorXcd values = reduced.eigenvalues();
-        multipliers.assign(values.begin(), values.end());
-    }
+    Multipliers multipliers = eigenvalues_of(reduced);
+    const bool known = reduced.allFinite();
     if (!system.forced())
         multipliers.emplace_back(1);
     multipliers.resize(std::size_t(system.dim()), 0.0);
-    std::sort(multipliers.begin(), multipliers.end(), [](const auto& a, const auto& b) {
-        return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
-    });
+    if (known) // what is no number has no place
+        std::sort(multipliers.begin(), multipliers.end(), [](const auto& a, const auto& b) {
+            return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
+        });
     return multipliers;
 }
 

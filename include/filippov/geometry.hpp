@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/arclength.hpp>
+#include <filippov/floquet.hpp>
 #include <filippov/maps.hpp>
 #include <filippov/statistics.hpp>
 
@@ -173,16 +174,6 @@ inline void require_autonomous(const AnySystem& system, const StateBox& box, con
     if (depends_on_time(system, box, p))
         throw std::invalid_argument(
             "filippov: system: expected an autonomous one; this one depends on time");
-}
-
-inline std::vector<std::complex<double>> eigenvalues_of(const Matrix& J) {
-    if (J.rows() == 0)
-        return {};
-    if (!J.allFinite()) // none of them is known to be stable
-        return std::vector<std::complex<double>>(std::size_t(J.rows()),
-                                                 std::numeric_limits<double>::quiet_NaN());
-    const Eigen::VectorXcd values = J.eigenvalues();
-    return {values.begin(), values.end()};
 }
 
 /// h = 0 and L = 0 of a side at a time, in the unknowns x.
