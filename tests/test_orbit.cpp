@@ -40,6 +40,22 @@ void check_multipliers(const Orbit& orbit, double margin) {
     }
 }
 
+/// Turns without a period; the fields have a corner at the origin, where they are not zero.
+struct Corner {
+    static constexpr int dim = 2;
+    template <Scalar S> using X = State<Corner, S>;
+    template <Scalar S> X<S> f1(const S&, const X<S>& x, const Params<Corner, S>&) const {
+        using std::sqrt;
+        return {x[1] + S(1), sqrt(x[0] * x[0] + x[1] * x[1]) - x[0]};
+    }
+    template <Scalar S> X<S> f2(const S& t, const X<S>& x, const Params<Corner, S>& p) const {
+        return f1(t, x, p);
+    }
+    template <Scalar S> S h(const S&, const X<S>& x, const Params<Corner, S>&) const {
+        return x[0] + S(3);
+    }
+};
+
 } // namespace
 
 TEST_CASE("orbit: words of the chapter's orbits", "[orbit]") {
@@ -223,6 +239,26 @@ TEST_CASE("orbit: beside a flip, the stable one, and once", "[orbit]") {
     const Orbit found = settle(*system, cycle.p, lost.x_start, {.transient = 20});
     REQUIRE(found.status == Status::ok);
     CHECK(found.stable(true));
+}
+
+TEST_CASE("orbit: a derivative that is no number is no dependence on time", "[orbit]") {
+    const auto system = any_system(Corner{});
+    const Vector none;
+    CHECK(std::isnan(system->rate(1, 0, Vector::Zero(2), none, {}).slope(1, 2)));
+    CHECK_FALSE(depends_on_time(*system, 0.1, Vector::Zero(2), none));
+    CHECK_FALSE(depends_on_time(*system, 0.1, point({1, 2}), none));
+    const auto forced = oscillator_system();
+    CHECK(depends_on_time(*forced, 0.1, Vector::Zero(2), forced->defaults()));
+}
+
+TEST_CASE("any_system: counts all that its runs did", "[orbit]") {
+    const auto system = oscillator_system();
+    const Counters once = system->run(0, Vector::Zero(2), 20, system->defaults()).counters;
+    CHECK(once.events > 0);
+    CHECK(system->counters().events == once.events);
+    system->run(0, Vector::Zero(2), 20, system->defaults());
+    CHECK(system->counters().steps == 2 * once.steps);
+    CHECK(system->counters().landings == 2 * once.landings);
 }
 
 TEST_CASE("floquet: of a map that is no number no multiplier is one", "[orbit]") {

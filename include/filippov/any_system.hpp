@@ -139,7 +139,7 @@ public:
             const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_with(mode),
                                             state_of<D>(x, along), moving<D>(t0, n_, along),
                                             moving<D>(t1, n_ + 1, along), settings, interrupted_);
-            add(r.run.counters);
+            counters_ += r.run.counters;
             Jet result = jet(r.x, along);
             result.status = r.run.status;
             depend_on_start_time(mode, t0, x, p, along, result);
@@ -194,7 +194,7 @@ public:
                 history.events.push_back(happening(e));
         };
         const auto r = flow<Tableau>(sys_, values_of(p), point(x), t0, t_end, settings_, listener);
-        add(r.counters);
+        counters_ += r.counters;
         history.status = r.status;
         history.message = r.message();
         history.t = r.t;
@@ -216,7 +216,7 @@ public:
         const auto r =
             flow<Tableau>(sys_, params_of<D>(p, along), state_of<D>(leg.x, along), D(leg.t0),
                           D(leg.t_end), settings_, traveller, Sections<>{}, known);
-        add(r.run.counters);
+        counters_ += r.run.counters;
         journey.status = r.run.status;
         journey.message = r.run.message();
         journey.singular = r.singular;
@@ -341,7 +341,8 @@ private:
             for (int k = 1; k <= 8; ++k)
                 keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
         };
-        add(segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters);
+        counters_ +=
+            segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters;
         return samples;
     }
 
@@ -496,11 +497,6 @@ private:
     Vector moved(const Jet& f, const Vector& dx, double dt, const Directions& along) const {
         return f.slope.leftCols(n_) * dx + f.slope.col(n_) * dt +
                f.slope.rightCols(2) * along.v->tail(2);
-    }
-    void add(const Counters& c) const {
-        counters_.steps += c.steps;
-        counters_.rejected += c.rejected;
-        counters_.field += c.field;
     }
 
     Sys sys_;

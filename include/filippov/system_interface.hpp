@@ -206,14 +206,15 @@ public:
     /// True if the caller has asked to stop. What arcs and runs gave since then is of no use.
     virtual bool interrupted() const = 0;
 
-    /// Steps taken so far, in all arcs and runs, and evaluations of a field.
+    /// What arcs, runs and journeys did so far, all together.
     virtual Counters counters() const = 0;
 };
 
 /// True if a field or h depends on time at this point.
 inline bool depends_on_time(const AnySystem& system, double t, const Vector& x, const Vector& p) {
     const int d = system.dim(), surfaces = system.surfaces();
-    const auto moves = [d](const Jet& jet) { return jet.slope.col(d).cwiseAbs().maxCoeff() != 0; };
+    // what is no number, as the derivative of a root at zero, says nothing
+    const auto moves = [d](const Jet& jet) { return (jet.slope.col(d).array().abs() > 0).any(); };
     for (int region = 0; region < 1 << surfaces; ++region) {
         int mode = 0;
         for (int j = surfaces - 1; j >= 0; --j)
