@@ -105,8 +105,8 @@ private:
 
     /// The other direction. The start is the first point of both.
     void run_on(std::optional<Place> here, const Branch& backward, Branch& forward) {
-        if (backward.end == detail::closed)
-            forward.end = detail::closed;
+        if (backward.end == detail::comes_back)
+            forward.end = detail::comes_back;
         else
             run(std::move(here), forward, std::max<std::size_t>(backward.points.size(), 1) - 1);
     }
@@ -151,7 +151,7 @@ private:
 
     /// One step, whatever it meets; false at the end of the branch.
     bool advance(Place& here, double& ds, Branch& branch) {
-        std::string trouble = detail::diverges;
+        std::string trouble = detail::no_convergence;
         for (; ds >= settings_.min_step; ds /= 2) {
             const StepEnd end = attempt(here, ds, branch, trouble);
             if (end == StepEnd::failed)
@@ -174,7 +174,7 @@ private:
         }
         if (passes_start(here, to.cycle)) {
             branch.points.push_back(point_of(start_));
-            branch.end = detail::closed;
+            branch.end = detail::comes_back;
             return StepEnd::ended;
         }
         const std::vector<Test> failed = failures(to.cycle);
@@ -194,7 +194,7 @@ private:
         branch.corrections += c.iterations;
         to.iterations = c.iterations;
         if (!c.ok()) {
-            trouble = trouble == shrunk ? detail::diverges : trouble;
+            trouble = trouble == shrunk ? detail::no_convergence : trouble;
             return false;
         }
         if (!(here.curve.tangent(to.J, here.t).dot(here.t) > 0.9))
@@ -311,7 +311,7 @@ private:
         std::vector<SlidingCondition> conditions =
             detail::conditions_behind(line_.system, before, beyond, causes);
         if (conditions.empty()) {
-            trouble = detail::touches;
+            trouble = detail::touches_crossed;
             return StepEnd::retry;
         }
         std::vector<SpecialPoint> special;

@@ -58,8 +58,8 @@ struct BranchSettings {
 
 namespace detail {
 
-inline constexpr const char* closed = "the branch is closed: it comes back to its start";
-inline constexpr const char* diverges = "Newton's iteration does not converge";
+inline constexpr const char* comes_back = "the branch is closed: it comes back to its start";
+inline constexpr const char* no_convergence = "Newton's iteration does not converge";
 
 inline void validate(const BranchSettings& s) {
     if (!(s.min_step > 0 && s.min_step <= s.max_step && std::isfinite(s.max_step)))

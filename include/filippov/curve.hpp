@@ -37,8 +37,8 @@ public:
         detail::require_continuable(plane_.system, start.orbit().p);
         detail::HalfCurve forward, backward;
         run(start, +1, forward);
-        if (forward.end == detail::closed)
-            backward.end = detail::closed;
+        if (forward.end == detail::comes_back)
+            backward.end = detail::comes_back;
         else if (start.growing < 0 && start.growing_rate == 0)
             run(start, -1, backward);
         else
@@ -82,7 +82,7 @@ private:
 
     /// One step, whatever it meets; false at the end of the curve.
     bool advance(Place& here, double& ds, detail::HalfCurve& curve) {
-        std::string trouble = detail::diverges;
+        std::string trouble = detail::no_convergence;
         for (; ds >= settings_.min_step; ds /= 2) {
             const StepEnd end = attempt(here, ds, curve, trouble);
             if (end == StepEnd::failed)
@@ -167,7 +167,7 @@ private:
                                          curve);
         if (passes_start(here, to)) {
             curve.points.push_back(curve.points.front());
-            curve.end = detail::closed;
+            curve.end = detail::comes_back;
             return StepEnd::ended;
         }
         curve.points.push_back(std::move(next));

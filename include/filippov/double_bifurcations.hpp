@@ -162,7 +162,7 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
         exact.least = polished(system, there, cause.i, cause.least);
     auto second = condition_of(there, exact);
     if (!second) {
-        trouble = touches;
+        trouble = touches_crossed;
         return StepEnd::retry;
     }
     second->kind = named(system, *second);

@@ -12,7 +12,7 @@ namespace filippov {
 
 namespace detail {
 
-inline constexpr const char* touches =
+inline constexpr const char* touches_crossed =
     "the orbit touches the surface where it is crossed: no orbit of any word goes on";
 
 /// The residuals that the chapter lists, (4.24)-(4.29), in the signs of this library.
