@@ -4,7 +4,7 @@
 
 namespace filippov {
 
-/// See the top of the file.
+/// Of a run, or of many.
 struct Counters {
     long long steps = 0;         ///< accepted steps
     long long rejected = 0;      ///< rejected trial steps
