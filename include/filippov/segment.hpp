@@ -182,8 +182,8 @@ private:
             observer_.on_step(
                 StepView<S, N, M>{place_.clock, next, path.dt, place_.x, path.x1, place_.mode},
                 path);
+        place_.clock = next; // before the state, whose errors are judged at this time
         place_.put(path.x1);
-        place_.clock = next;
         ++counters_.steps;
         if constexpr (Obs::wants_steps)
             let_observer_skip();
