@@ -7,6 +7,7 @@
 // events happen, the problem is delicate at this tolerance, and only has to end, be finite and say
 // something that is true.
 #include "measure.hpp"
+#include "stability/curved.hpp"
 #include "stability/drift.hpp"
 #include "stability/exact.hpp"
 
@@ -131,6 +132,8 @@ private:
                            message);
             };
             try_methods(x0, t0, t_end, tolerance, judge);
+            if (exact.fate == Fate::ok) // else nobody knows how far it goes
+                try_curved(x0, t0, t_end, tolerance, double(exact.largest), judge);
             if (t_end > t0)
                 try_units<DormandPrince5>("dopri5", tolerance);
             if (t_end > t0)
@@ -155,6 +158,21 @@ private:
         Nothing nothing;
         return flow<Tableau>(q.sys, Vec<double, 0>(), x0, t0, t_end, settings_of(q, tolerance),
                              nothing);
+    }
+
+    /// The same solution in curved coordinates.
+    template <class Judge>
+    void try_curved(const Vec<double, N>& x0, double t0, double t_end, double tolerance,
+                    double largest, const Judge& judge) const {
+        const Curved<N, M> sys(problem_, 1 + largest, number_);
+        const Vec<double, N> start =
+            sys.bent(Vec<Long, N>(x0.template cast<Long>())).template cast<double>();
+        Nothing nothing;
+        const auto r = flow<DormandPrince8>(sys, Vec<double, 0>(), start, t0, t_end,
+                                            settings_of(problem_, tolerance), nothing);
+        const Vec<Long, N> z = sys.straightened(Vec<Long, N>(r.x.template cast<Long>()));
+        judge("dop853 curved", r.status, double(r.t), Vec<double, N>(z.template cast<double>()),
+              r.message());
     }
 
     /// Runs the problem in its own units and in others: one in sixteen of a campaign.
