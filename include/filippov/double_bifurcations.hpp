@@ -31,7 +31,7 @@ inline SpecialPoint second_bifurcation(const AnySystem& system, const CurvePlace
 // --- where it is -------------------------------------------------------------------------------
 
 /// The same test of a neighbouring cycle; NaN if it has none.
-inline double value_of(const AnySystem& system, const Cycle& c, const Test& like) {
+inline double test_value(const AnySystem& system, const Cycle& c, const Test& like) {
     if (like.what == Test::What::nearest)
         return polished(system, c, like.i, like.least).value;
     for (const Test& test : tests_of(system, c))
@@ -43,7 +43,7 @@ inline double value_of(const AnySystem& system, const Cycle& c, const Test& like
 inline Located locate(const AnySystem& system, const CurvePlace& here, const Vector& beyond,
                       double ds, const Test& test) {
     const auto value = [&](const Vector& z, const Matrix&) {
-        return value_of(system, here.cycle(z), test);
+        return test_value(system, here.cycle(z), test);
     };
     const Matrix none;
     const double f0 = value(here.z, none), f1 = value(beyond, none);
