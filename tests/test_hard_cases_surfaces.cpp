@@ -218,6 +218,75 @@ struct Blocks {
     }
 };
 
+/// A block held by a spring that is twice as stiff on one side, shaken by A sin t.
+struct BilinearBlock {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::switching, SurfaceKind::kink};
+    double A = 0;
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        using std::sin;
+        return {x[1], -(S(1.5) + S(0.5) * s[1]) * x[0] - s[0] + S(A) * sin(t)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], x[0]};
+    }
+};
+
+/// Friction that is larger on one side: no field jumps while the block rests.
+struct TwoLevels {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {x[1], -x[0] - (S(0.8) + S(0.2) * s[1]) * s[0]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], x[0]};
+    }
+};
+
+/// Sliding-mode control with a gain that grows with |x| and |v|: slides on x + v = 0 for ever.
+struct Controlled {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 3;
+    static constexpr std::array kinds{SurfaceKind::switching, SurfaceKind::kink, SurfaceKind::kink};
+    double on_v = 0;
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>& x, const Vec<S, 3>& s, const Vec<S, 0>&) const {
+        return {x[1], -(S(1) + S(2) * s[1] * x[0] + S(on_v) * s[2] * x[1]) * s[0]};
+    }
+    template <Scalar S> Vec<S, 3> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0] + x[1], x[0], x[1]};
+    }
+};
+
+/// x' = -x, y' = |x| - y, and two units that rectify each other.
+struct Kinked {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::kink};
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {-x[0], -x[0] - x[1]};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {-x[0], x[0] - x[1]};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[0]; }
+};
+struct Rectified {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::kink, SurfaceKind::kink};
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>& x, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {-x[0] + S(0.5) * (S(1) + s[1]) * x[1], -x[1] + S(0.25) * (S(1) + s[0]) * x[0]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1]};
+    }
+};
+
 } // namespace
 
 // --- rest ----------------------------------------------------------------------------------------
@@ -233,6 +302,50 @@ TEMPLATE_TEST_CASE("H9: at the limit of friction blocks that rest go on resting"
             CHECK(r.result.mode.sliding() == 2);
             CHECK(r.result.x == start);
         }
+}
+
+TEMPLATE_TEST_CASE("H17: what rests where a second surface is goes on resting", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const V2 origin(0, 0);
+    for (const double A : {0.0, 0.9}) {
+        const auto r = follow<TestType>(BilinearBlock{A}, {}, origin, 40, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.x == origin);
+    }
+    // shaken harder than the friction holds: as from a start beside the kink
+    for (const double beside : {0.0, -1e-10, 1e-10}) {
+        const auto r =
+            follow<TestType>(BilinearBlock{1.5}, {}, V2(beside, 0), 20, bounded<2>(1e-9));
+        CHECK(r.result.status == Status::ok);
+        const auto leaves = r.times(exit_sliding);
+        REQUIRE_FALSE(leaves.empty());
+        CHECK(leaves[0] == Approx(std::asin(1 / 1.5)).epsilon(0).margin(1e-9));
+        const auto far =
+            run<TestType>(BilinearBlock{1.5}, {}, V2(1e-8, 0), 0, 20, bounded<2>(1e-11));
+        CHECK((r.result.x - far.result.x).norm() < 1e-6);
+    }
+    CHECK(follow<TestType>(TwoLevels{}, {}, origin, 9, bounded<2>(1e-9)).result.x == origin);
+}
+
+TEMPLATE_TEST_CASE("H17: kinks are met and followed; what bends a field stops nothing", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double tol = GENERATE(1e-4, 1e-8, 1e-11);
+    for (const double on_v : {0.0, 1.0}) {
+        const auto r = follow<TestType>(Controlled{on_v}, {}, V2(1, 0), 200, bounded<2>(tol));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.mode[0] == 0);
+        CHECK(r.result.x.norm() < 10 * tol);
+    }
+    for (const V2& start : {V2(1, 0), V2(-1, 0.5), V2(0, 0), V2(0, 1)}) {
+        const auto r = follow<TestType>(Kinked{}, {}, start, 100, bounded<2>(tol));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.x.norm() < 10 * tol);
+    }
+    for (const V2& start : {V2(-1, 0), V2(0, -1), V2(0, 0), V2(1, 0), V2(-1, 1)}) {
+        const auto r = follow<TestType>(Rectified{}, {}, start, 100, bounded<2>(tol));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.result.x.norm() < 10 * tol);
+    }
 }
 
 // --- accumulation --------------------------------------------------------------------------------

@@ -164,7 +164,18 @@ private:
 
     /// Puts the state on surfaces that meet.
     Status settle(const Mode<M>& mode, const SurfaceSet<M>& on) {
-        return settle(Constraints<Sys>(sys_, mode, on));
+        const Constraints<Sys> all(sys_, mode, on);
+        // What bends a field holds nothing: where not all can hold the state, kinks do not.
+        if (!independent(sys_, all.of_state(sys_, segment_.clock().local, segment_.x(), p_),
+                         segment_.clock().local, segment_.x(), p_, segment_.scale())) {
+            SurfaceSet<M> without_kinks;
+            for (const int j : on)
+                if (!is_kind(sys_, j, SurfaceKind::kink))
+                    without_kinks.add(j);
+            if (without_kinks.n < on.n)
+                return settle(Constraints<Sys>(sys_, mode, without_kinks));
+        }
+        return settle(all);
     }
     Status settle(const Constraints<Sys>& all) {
         const S t = segment_.clock().local;
@@ -276,9 +287,12 @@ private:
         }
         Verdict<M> v = admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_,
                                   arrival, settings_.on_nonunique);
-        if (is_kind(sys_, j, SurfaceKind::kink) && v.below.sign != 0) {
-            v.unique = true; // the field is continuous: both sides' departures are the same
-            v.mode.set(j, v.below.sign);
+        if (is_kind(sys_, j, SurfaceKind::kink) && v.finite) {
+            // The field is continuous: both sides' departures are the same, and where there is none
+            // the solution goes on along the kink, on either side. What was met has been crossed.
+            const int along = (before[j] < 0) == (guard < 0) ? -1 : +1;
+            v.unique = true;
+            v.mode.set(j, v.below.sign != 0 ? v.below.sign : along);
             v.starts = starts_at(v, v.mode, j);
         }
         return v;

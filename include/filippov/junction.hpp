@@ -65,10 +65,13 @@ template <class Sys, class S> class Candidate {
     static constexpr int M = surfaces_v<Sys>;
 
 public:
+    /// @param before   the mode that came here
     /// @param regions  around the surfaces in contact
-    Candidate(const Sys& sys, const Mode<M>& mode, const Regions<Sys, S>& regions, const S& t,
-              const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival)
-        : sys_(sys), mode_(mode), regions_(regions), t_(t), x_(x), p_(p), arrival_(arrival) {}
+    Candidate(const Sys& sys, const Mode<M>& mode, const Mode<M>& before,
+              const Regions<Sys, S>& regions, const S& t, const State<Sys, S>& x,
+              const Params<Sys, S>& p, const Arrival<S>& arrival)
+        : sys_(sys), mode_(mode), before_(before), regions_(regions), t_(t), x_(x), p_(p),
+          arrival_(arrival) {}
 
     /// True if the mode's own field keeps it; `starts` then holds the roots that its guards start
     /// on.
@@ -234,14 +237,19 @@ private:
             if (abs(change) > noise * size)
                 return sign(first == 2 ? change : S(forward * change)) == mode_[j];
         }
-        return false;
+        // The solution goes on along h_j = 0. Beside a kink, or where all rests that could cross,
+        // it is the same on either side: one of them will do.
+        return !jumps && mode_[j] == side_of(before_[j]) &&
+               (is_kind(sys_, j, SurfaceKind::kink) || (size == S(0) && stays(field)));
     }
+    /// The side that is given to what lies on a surface.
+    static int side_of(int before) { return before < 0 ? -1 : +1; }
 
     /// Rounding of a margin, or of a normal component in units of the largest.
     static constexpr S noise = S(1024) * epsilon<S>;
 
     const Sys& sys_;
-    const Mode<M> mode_;
+    const Mode<M> mode_, before_;
     const Regions<Sys, S>& regions_;
     const S t_;
     const State<Sys, S>& x_;
@@ -285,7 +293,7 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
     for (int code = 0; code < modes; ++code) {
         for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
             mode.set(on[i], rest % 3 - 1);
-        detail::Candidate<Sys, S> candidate(sys, mode, regions, t, x, p, arrival);
+        detail::Candidate<Sys, S> candidate(sys, mode, v.mode, regions, t, x, p, arrival);
         Starts<M> starts;
         if (!candidate.admissible(exit, starts))
             continue;
