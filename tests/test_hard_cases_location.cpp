@@ -5,6 +5,7 @@
 
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/quartet.hpp>
+#include <filippov/rodas5p.hpp>
 #include <filippov/trajectory.hpp>
 
 #include <algorithm>
@@ -28,6 +29,23 @@ const auto forward = [](const auto&, const auto& x) { return like(x, 1); };
 Plane grazing() {
     return {turn, left, [](const auto&, const auto& x) { return x[0] - 1; }};
 }
+/// x' = 1 + b cos t beneath x = c + a cos wt.
+struct Swinging {
+    static constexpr int dim = 1;
+    double a, b, c, w;
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        using std::cos;
+        return like(x, S(1) + S(b) * cos(t));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S&, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        return like(x, -300);
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 1>& x, const Vec<S, 0>&) const {
+        using std::cos;
+        return x[0] - S(c) - S(a) * cos(S(w) * t);
+    }
+};
+
 /// x' = 1 through x = 0.5.
 Line gate() {
     return {forward, forward, [](const auto&, const auto& x) { return x[0] - 0.5; }};
@@ -161,6 +179,48 @@ TEMPLATE_TEST_CASE("H4: many roots in a step are all found, in order", "[hard]",
     REQUIRE(found.size() == roots.size());
     for (std::size_t k = 0; k < roots.size(); ++k)
         REQUIRE(found[k] == Approx(roots[k]).epsilon(0).margin(1e-14 + double(k) * eps));
+}
+
+TEMPLATE_TEST_CASE("H4: the first contact with a surface that swings is found, whatever the field",
+                   "[hard]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // x' = 1 + b cos t beneath x = c + a cos wt: the field alone allows steps of many swings
+    const double b = GENERATE(0.0, 0.3);
+    std::mt19937_64 random(7);
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<>(from, to)(random);
+    };
+    int missed = 0;
+    for (int k = 0; k < 60; ++k) {
+        const double a = uniform(0.5, 9), c = uniform(10, 20), w = std::pow(10, uniform(0, 2));
+        const auto h_at = [&](double t) { return t + b * std::sin(t) - c - a * std::cos(w * t); };
+        double before = 0, after = 0;
+        while (!(h_at(after) > 0)) {
+            before = after;
+            after += 1e-3 / w;
+        }
+        for (int i = 0; i < 60; ++i)
+            (h_at((before + after) / 2) > 0 ? after : before) = (before + after) / 2;
+        const Swinging sys{a, b, c, w};
+        const auto r = run<TestType>(sys, {}, V1(0), 0, 30, bounded<1>(1e-8, 100'000, 1));
+        REQUIRE(r.events.size() > 1);
+        missed += std::abs(r.events[1].t - after) > 1e-5;
+    }
+    CHECK(missed == 0);
+}
+
+TEMPLATE_TEST_CASE("H4: the roots of a section that swings are all found, whatever the field",
+                   "[hard]", DormandPrince5, DormandPrince8, Rodas5P) {
+    const double w = GENERATE(5.0, 10.0, 50.0, 300.0);
+    EventLog<double, 1, 1> log;
+    const auto swing = sections(Section{[w](const auto& t, const auto&, const auto&) {
+        using std::cos;
+        return cos(w * t);
+    }});
+    const Swinging sys{0, 0, 1e6, 1};
+    const auto result =
+        flow<TestType>(sys, Vec<double, 0>(), V1(0), 0, 10, bounded<1>(1e-8), log, swing);
+    CHECK(result.status == Status::ok);
+    CHECK(log.events.size() == 2 + std::size_t(w * 10 / pi + 0.5));
 }
 
 TEMPLATE_TEST_CASE("H4: three roots close to each other are three events", "[hard]", DormandPrince5,

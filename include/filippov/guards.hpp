@@ -133,6 +133,13 @@ template <class S, std::size_t Capacity> struct Trace {
                !(r.low > S(0.03) * r.spread() && order == 0 && turns<Times>() == 0);
     }
 
+    /// True if the probes turn within reach of zero. They may be those of a whole swing, of which
+    /// half is hidden.
+    template <class Times> FILIPPOV_COLD bool turns_near_zero() const {
+        const Range<S> r = range<Times>();
+        return !(r.low > S(2) * r.spread()) && turns<Times>() > 0;
+    }
+
     /// How often the values turn from rising to falling or back.
     template <class Times> FILIPPOV_COLD int turns() const {
         S previous = start, last_rise(0);
@@ -148,6 +155,25 @@ template <class S, std::size_t Capacity> struct Trace {
             previous = probe[k];
         }
         return n;
+    }
+
+    /// How far values at Times::theta(k), k = 1 to n - 1, are off the parabola through the start,
+    /// one of them and the end, in units of their spread; 0 if that is no more than `noise`.
+    template <class Times, class Value>
+    FILIPPOV_COLD S off_parabola(const Value& value, const S& end, const S& noise) const {
+        using std::abs;
+        constexpr std::size_t m = Times::n * 2 / 3;
+        constexpr S theta = Times::theta(m);
+        const S chord = end - start;
+        const S bend = (value(m) - start - theta * chord) / (theta * (S(1) - theta));
+        S largest(0);
+        Range<S> r{std::min(start, end), std::max(start, end)};
+        for (std::size_t k = 1; k < Times::n; ++k) {
+            const S u = Times::theta(k), v = value(k);
+            largest = std::max(largest, S(abs(v - start - u * (chord + (S(1) - u) * bend))));
+            r.include(v);
+        }
+        return largest > noise ? largest / r.spread() : S(0);
     }
 
     /// True if the step shows more than one swing that could reach zero, wider than `band`.

@@ -322,14 +322,19 @@ private:
     }
     /// The next step, after one that was good.
     template <class Path>
-    FILIPPOV_INLINE void propose(const Trial& t, const S& error, bool unjudged) {
+    FILIPPOV_INLINE void propose(Path& path, const Trial& t, const S& error, bool unjudged) {
         constexpr bool slides = Path::slides;
         // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
         // one that ends at an event keeps the full step's.
         S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
         // a step that is far too long shows nothing of its swings
-        if (unjudged && swings_seen_ && !slides && abs_(proposed) > S(2) * abs_(t.dt))
-            proposed = S(2) * t.dt;
+        if (abs_(proposed) > S(1.5) * abs_(t.dt)) {
+            const S seen =
+                unjudged && swings_seen_ && !slides ? S(2) : std::numeric_limits<S>::infinity();
+            const S most = std::min(seen, watch_.growth(path, unjudged));
+            if (abs_(proposed) > most * abs_(t.dt))
+                proposed = most * t.dt;
+        }
         if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
             dt_ = proposed;
         const S further = slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
@@ -400,16 +405,16 @@ private:
             path.put_end_on_surface();
 
             Found<S> found;
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
+            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(unjudged)) {
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * place_.resolution() || !watch_.starts_on_root())
-                    found = first_event(path);
+                    found = first_event(path, unjudged);
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
             if (!fixed)
-                propose<Path>({dt, cut, last}, error, unjudged);
+                propose(path, {dt, cut, last}, error, unjudged);
             bad_stage = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
@@ -423,9 +428,9 @@ private:
             watch_.template go_on<Path>();
         }
     }
-    template <class Path> Found<S> first_event(Path& path) {
+    template <class Path> Found<S> first_event(Path& path, bool unjudged) {
         ++counters_.root_searches;
-        return watch_.first_event(path);
+        return watch_.first_event(path, unjudged);
     }
 
     /// Windows of a slide that the system knows in closed form.
@@ -450,8 +455,8 @@ private:
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
             Found<S> found;
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
-                found = first_event(path);
+            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(true)) {
+                found = first_event(path, true);
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }

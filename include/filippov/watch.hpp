@@ -42,6 +42,7 @@ public:
     /// order)` afterwards tells which of them start on a root.
     void enter() {
         list_active();
+        see_motion();
         for (const int g : active_guards()) {
             if (g >= Guard<M>::first_section)
                 break;
@@ -175,9 +176,10 @@ public:
 
     // --- what a step shows ---------------------------------------------------------------------
 
-    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
+    /// @param unjudged  of the step's length the error estimate told nothing
+    template <class Path> FILIPPOV_INLINE bool any_doubt(bool unjudged) const {
         for (const int g : active_guards())
-            if (doubtful<Path>(g))
+            if (doubtful<Path>(g, unjudged))
                 return true;
         return false;
     }
@@ -193,6 +195,22 @@ public:
                 return true;
         }
         return false;
+    }
+    /// By how much the next step may be longer. A guard with a pace of its own would hide its
+    /// swings in a step that the field alone has made long.
+    /// @param unjudged  the error estimate told nothing of the step's length: then any guard may
+    template <class Path> FILIPPOV_COLD S growth(Path& path, bool unjudged) {
+        S most = std::numeric_limits<S>::infinity();
+        see_motion();
+        for (const int g : active_guards()) {
+            const bool of_slide = g < Guard<M>::first_section && at_.mode[g / 3] == 0;
+            if (of_slide || !(unjudged || has_own_pace(g)))
+                continue; // (for slides see swings)
+            const S off = off_parabola(g, path);
+            if (off > bent)
+                most = std::min(most, off > S(0.1) ? S(1) : S(2));
+        }
+        return most;
     }
     bool starts_on_root() const {
         for (const int g : active_guards())
@@ -213,10 +231,11 @@ public:
     }
 
     /// The earliest event of a step among the guards in doubt.
-    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path) {
+    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path, bool unjudged) {
         Found<S> first;
         for (const int g : active_guards()) {
-            if ((at_.settings.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
+            if ((at_.settings.skip_root_search && !doubtful<Path>(g, unjudged)) ||
+                says_nothing<Path>(g))
                 continue;
             const auto raw = [&](const S& theta) {
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
@@ -301,13 +320,43 @@ private:
     }
 
     /// True unless the probes show that guard g stays clear of zero.
-    template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
+    template <class Path> FILIPPOV_INLINE bool doubtful(int g, bool unjudged) const {
         using Times = typename Path::Times;
         const bool off_surface = g < Guard<M>::first_section && !Path::slides;
         // Off the surfaces a step with a NaN was rejected before.
         if (!off_surface && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
             return true;
-        return trace(g).template doubtful<Times>(may_swing<Path>(g));
+        return trace(g).template doubtful<Times>(unjudged || may_swing<Path>(g)) ||
+               (has_own_pace(g) && trace(g).template turns_near_zero<Times>());
+    }
+    static constexpr S bent = S(0.01);
+    /// How far guard g is off a parabola in a step, in units of its spread. Where stages say that
+    /// it is, of which the first ones are crude, the interpolant is asked.
+    template <class Path> S off_parabola(int g, Path& path) const {
+        using Times = typename Path::Times;
+        const GuardTrace& w = trace(g);
+        const S end = w.probe[Times::n];
+        const S rounding = g < Guard<M>::first_section
+                               ? touch_band(g, true)
+                               : S(64) * epsilon<S> * (abs_(w.start) + abs_(end));
+        const auto probed = [&](std::size_t k) { return w.probe[k]; };
+        if (!(w.template off_parabola<Times>(probed, end, rounding) > bent))
+            return S(0);
+        const auto along = [&](std::size_t k) {
+            const S theta = WindowTimes<S>::theta(k);
+            return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
+        };
+        return w.template off_parabola<WindowTimes<S>>(along, end, rounding);
+    }
+    /// Which h depend on time: at some instants they may seem not to.
+    void see_motion() {
+        for (int j = 0; j < M; ++j)
+            if (at_.mode[j] != 0 && !moves_[idx(j)])
+                moves_[idx(j)] = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p) != S(0);
+    }
+    /// What no error estimate of the field resolves: a section, or an h that depends on time.
+    bool has_own_pace(int g) const {
+        return g >= Guard<M>::first_section || (moves_[idx(g / 3)] && at_.mode[g / 3] != 0);
     }
     /// A field can be constant, and then no error estimate keeps a step from spanning many swings
     /// of h, or, as a matter of course, in a slide of s.
@@ -467,7 +516,8 @@ private:
     const Place<Sys, S>& at_;
     const Sec& sections_;
     std::array<GuardTrace, n_guards> traces_{};
-    std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
+    std::array<bool, std::size_t(M)> moves_{}; ///< h_j was seen to depend on time
+    std::array<int, n_guards> active_{};       ///< those that the mode has and somebody watches
     int n_active_ = 0;
 };
 
