@@ -79,8 +79,8 @@ def _parser() -> argparse.ArgumentParser:
         )  # fmt: skip
 
     def files(sub: argparse.ArgumentParser, kinds: str) -> None:
-        sub.add_argument("-o", "--output", type=Path, metavar="FILE", help=f"write {kinds}")
-        sub.add_argument("--plot", type=Path, metavar="FILE", help="draw a picture: .png, .pdf")
+        sub.add_argument("-o", "--output", type=_file, metavar="FILE", help=f"write {kinds}")
+        sub.add_argument("--plot", type=_file, metavar="FILE", help="draw a picture: .png, .pdf")
 
     info = command("info", _info, "Tell what a system is, or which models there are.")
     info.add_argument("system", metavar="SYSTEM", nargs="?", help=_SYSTEM)
@@ -118,6 +118,14 @@ def _parser() -> argparse.ArgumentParser:
 
     command("bench", _bench, "Time the oscillator on this machine, in a few seconds.")
     return parser
+
+
+def _file(text: str) -> Path:
+    """Read a path that can be written to, before any work."""
+    path = Path(text)
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"{text}: there is no directory {path.parent}")
+    return path
 
 
 def _system(name: str, values: Sequence[str] = ()) -> System:

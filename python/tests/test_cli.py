@@ -117,6 +117,14 @@ def test_wrong_arguments_are_named(capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("option", ["-o", "--plot"])
+def test_a_file_that_cannot_be_written_is_refused_before_any_work(capsys, option):
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "oscillator", "--start", "0,0", "--time", "0:1e12", option, "nowhere/run.npz"])
+    assert ended.value.code == 2
+    assert "no directory nowhere" in capsys.readouterr().err
+
+
 def test_a_name_that_is_no_system(capsys, own):
     assert main(["info", own.replace(":block", ":other")]) == 2
     assert "expected a built-in model" in capsys.readouterr().err

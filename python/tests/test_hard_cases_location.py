@@ -145,6 +145,27 @@ def test_h4_all_roots_of_a_fast_h_in_order(method, frequency):
 
 
 @each_method
+@pytest.mark.parametrize(("w", "a", "c"), [(4, 3, 15), (11, 1, 10), (30, 2, 20)])
+def test_h4_a_surface_that_swings_above_a_constant_field(method, w, a, c):
+    @fp.system(state="x")
+    def beneath(t, s, p):
+        return (-1 - 2 * np.sign(s.x - c - a * np.cos(w * t)),)
+
+    t = np.linspace(0, 2 * c, 2_000_001)
+    first = t[np.argmax(t - c - a * np.cos(w * t) > 0)]
+    run = fp.simulate(beneath, [0], (0, 2 * c), method=method)
+    assert run.events["t"][1] == close(first, 1e-4)
+
+
+@each_method
+@pytest.mark.parametrize("w", [5, 10, 50])
+def test_h4_a_section_that_swings_above_a_constant_field(method, w):
+    line = fp.system(state="x")(lambda t, s, p: (1.5 + 0 * s.x,))
+    run = fp.simulate(line, [0], (0, 10), method=method, events=lambda t, y: np.cos(w * t))
+    assert len(run.t_events[0]) == int(w * 10 / np.pi + 0.5)
+
+
+@each_method
 @pytest.mark.parametrize("d", [0.2, 0.05, 0.01])
 def test_h4_three_roots_close_to_each_other(method, d):
     near = line(lambda t, s, p: (s.x - 0.5) ** 3 - d**2 * (s.x - 0.5))

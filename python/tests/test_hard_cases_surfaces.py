@@ -103,6 +103,45 @@ def test_h17_hit_at_different_times_they_are_two_events(method):
     assert run.events["t"][1:3] == close([1, 13 / 7], 1e-13)
 
 
+@each_method
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda t, s: -np.where(s.x > 0, 2.0, 1.0) * s.x - np.sign(s.v) + 0.2 * np.sin(t),
+        lambda t, s: -s.x * abs(s.x) - np.sign(s.v),
+        lambda t, s: -s.x - (0.3 + abs(s.x)) * np.sign(s.v),
+        lambda t, s: -s.x - np.where(s.x > 0, 1.0, 0.6) * np.sign(s.v),
+    ],
+)
+def test_h17_a_block_rests_where_its_spring_or_friction_changes(method, force):
+    block = fp.system(state="x v")(lambda t, s, p: (s.v, force(t, s)))
+    run = go(block, [0, 0], (0, 20), 1e-8, method)
+    assert run.success
+    assert run.y[:, -1].tolist() == [0, 0]
+
+
+@each_method
+@pytest.mark.parametrize("gain", [lambda s: 1 + 2 * abs(s.x), lambda s: 1 + abs(s.x) + abs(s.v)])
+def test_h17_a_slide_goes_on_where_its_gain_has_kinks(method, gain):
+    control = fp.system(state="x v")(lambda t, s, p: (s.v, -gain(s) * np.sign(s.v + s.x)))
+    run = go(control, [1, 0], (0, 200), 1e-8, method)
+    assert run.success
+    assert np.abs(run.y[:, -1]).max() < 1e-7
+
+
+@each_method
+def test_h17_a_kink_is_followed(method):
+    kinked = fp.system(state="x y")(lambda t, s, p: (-s.x, abs(s.x) - s.y))
+    rectified = fp.system(state="x y")(
+        lambda t, s, p: (-s.x + np.maximum(s.y, 0), -s.y + 0.5 * np.maximum(s.x, 0))
+    )
+    for system in (kinked, rectified):
+        for start in ([1, 0], [-1, 0], [0, 0], [0, -1]):
+            run = go(system, start, (0, 100), 1e-8, method)
+            assert run.success, (start, run.message)
+            assert np.abs(run.y[:, -1]).max() < 1e-7
+
+
 def test_h17_starts_beside_an_intersection_are_as_on_it():
     for x in (0.0, 1e-17, -1e-17):
         for y in (0.0, 1e-17, -1e-17):
