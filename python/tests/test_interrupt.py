@@ -128,7 +128,7 @@ except KeyboardInterrupt as stop:
     assert {kept}, stop.args
     sys.exit(7)
 """
-GRID = "{'y': (-4, 4, 3000), 'v': (-3, 4, 2999)}"
+GRID = "{'y': (-4, 4, 1000), 'v': (-3, 4, 999)}"
 LONG = {
     "simulate": (
         "fp.simulate(block, [0, 0], (0, 1e9), t_eval=[0.0], dense_output=False, max_steps=10**15,"
