@@ -165,16 +165,16 @@ private:
     /// Puts the state on surfaces that meet.
     Status settle(const Mode<M>& mode, const SurfaceSet<M>& on) {
         const Constraints<Sys> all(sys_, mode, on);
+        SurfaceSet<M> without_kinks;
+        for (const int j : on)
+            if (!is_kind(sys_, j, SurfaceKind::kink))
+                without_kinks.add(j);
+        const S t = segment_.clock().local;
+        const X& x = segment_.x();
         // What bends a field holds nothing: where not all can hold the state, kinks do not.
-        if (!independent(sys_, all.of_state(sys_, segment_.clock().local, segment_.x(), p_),
-                         segment_.clock().local, segment_.x(), p_, segment_.scale())) {
-            SurfaceSet<M> without_kinks;
-            for (const int j : on)
-                if (!is_kind(sys_, j, SurfaceKind::kink))
-                    without_kinks.add(j);
-            if (without_kinks.n < on.n)
-                return settle(Constraints<Sys>(sys_, mode, without_kinks));
-        }
+        if (without_kinks.n < on.n &&
+            !independent(sys_, all.of_state(sys_, t, x, p_), t, x, p_, segment_.scale()))
+            return settle(Constraints<Sys>(sys_, mode, without_kinks));
         return settle(all);
     }
     Status settle(const Constraints<Sys>& all) {
