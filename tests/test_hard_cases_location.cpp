@@ -208,6 +208,26 @@ TEMPLATE_TEST_CASE("H4: the first contact with a surface that swings is found, w
     CHECK(missed == 0);
 }
 
+TEMPLATE_TEST_CASE("H4: what looks like swings and is rounding of h holds no step back", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // h within 1e-7 of the sum of its terms, from starts where the first steps are tiny
+    const double large = GENERATE(0.0, 1e3, 1e6, 1e9, 1e12), start = GENERATE(0.0, 1e-20, 0.9);
+    const Line moves(forward, forward, [large](const auto& t, const auto& x) {
+        return ((x[0] + t - 2.0) + large) - large;
+    });
+    const auto r = go<TestType>(moves, V1(start), 0, 3, bounded<1>(1e-9));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.x[0] == Approx(start + 3).epsilon(1e-12));
+    CHECK(r.result.counters.steps < 60);
+
+    // far from a surface, through the origin of a state at rest there
+    const Line far([](const auto& t, const auto& x) { return like(x, cos(t) - x[0]); }, forward,
+                   [](const auto&, const auto& x) { return x[0] - 100; });
+    const auto q = go<TestType>(far, V1(0), 0.75 * pi, 2 * pi, bounded<1>(1e-9));
+    CHECK(q.result.status == Status::ok);
+    CHECK(q.result.counters.steps < 500);
+}
+
 TEMPLATE_TEST_CASE("H4: the roots of a section that swings are all found, whatever the field",
                    "[hard]", DormandPrince5, DormandPrince8, Rodas5P) {
     const double w = GENERATE(5.0, 10.0, 50.0, 300.0);

@@ -336,17 +336,30 @@ private:
         using Times = typename Path::Times;
         const GuardTrace& w = trace(g);
         const S end = w.probe[Times::n];
-        const S rounding = g < Guard<M>::first_section
-                               ? touch_band(g, true)
-                               : S(64) * epsilon<S> * (abs_(w.start) + abs_(end));
+        // of its values, which may have a large part that does not depend on x, and of its terms
+        S rounding = S(64) * epsilon<S> * (abs_(w.start) + abs_(end));
+        if (g < Guard<M>::first_section)
+            rounding += touch_band(g, true);
         const auto probed = [&](std::size_t k) { return w.probe[k]; };
         if (!(w.template off_parabola<Times>(probed, end, rounding) > bent))
             return S(0);
-        const auto along = [&](std::size_t k) {
-            const S theta = WindowTimes<S>::theta(k);
-            return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
+        const auto off_in = [&](const S& part) { // of the step, from its start
+            const auto along = [&](const S& theta) {
+                return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
+            };
+            const auto value = [&](std::size_t k) {
+                return along(S(part * WindowTimes<S>::theta(k)));
+            };
+            return w.template off_parabola<WindowTimes<S>>(value, part < S(1) ? along(part) : end,
+                                                           rounding);
         };
-        return w.template off_parabola<WindowTimes<S>>(along, end, rounding);
+        const S off = off_in(S(1));
+        // A swing is smooth up close. What cancels within h is not: its rounding, unknown here,
+        // would hold back the steps that show nothing else.
+        for (S part(0.5); off > bent && part > S(1e-3); part /= S(2))
+            if (const S closer = off_in(part); closer < off / S(2))
+                return closer > S(0) ? off : S(0);
+        return S(0);
     }
     /// Which h depend on time: at some instants they may seem not to.
     void see_motion() {
