@@ -3,7 +3,8 @@
 """Check the floors of ``include/filippov``.
 
 A header includes headers of lower floors, or of its own floor as long as there is no cycle; beyond
-that only Eigen and the standard library. Each header has its SPDX line and ``#pragma once``.
+that only Eigen and the standard library, and of Eigen the solvers that it names. Each header has
+its SPDX line and ``#pragma once``.
 
 The folder to check is the first argument, by default the library's own.
 """
@@ -173,6 +174,15 @@ ROOT = Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*([<\"])([^>\"]+)[>\"]", re.MULTILINE)
 
 
+# Eigen's solvers, and how one tells that a header uses them.
+SOLVERS = {
+    "Eigen/Eigenvalues": re.compile(r"EigenSolver|\.eigenvalues\(\)"),
+    "Eigen/LU": re.compile(r"PivLU<|PivLu\(\)|\.determinant\(\)|\.inverse\(\)"),
+    "Eigen/QR": re.compile(r"QR<|Qr\(\)|[oO]rthogonalDecomposition"),
+    "Eigen/SVD": re.compile(r"SVD<|Svd\(\)"),
+}
+
+
 def floor_of(name: str) -> int | None:
     """Return the floor of a header, None if it is not in the table."""
     folder = name.rpartition("/")[0] + "/*"
@@ -230,6 +240,11 @@ def check_header(name: str, text: str) -> tuple[list[str], list[str]]:
             errors.append(f"includes <{path}>: only Eigen and the standard library are allowed")
         elif path.endswith((".h", ".hpp")) and path not in SYSTEM.get(name, ()):
             errors.append(f"includes <{path}>, which is no header of the C++ standard library")
+    errors += [
+        f"uses what <{solver}> declares, and does not include it"
+        for solver, names in SOLVERS.items()
+        if names.search(text) and f"#include <{solver}>" not in text
+    ]
     return included, errors
 
 

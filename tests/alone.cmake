@@ -25,5 +25,6 @@ endforeach()
 add_library(filippov_headers_alone OBJECT ${alone_files})
 target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov
                                                      $<TARGET_NAME_IF_EXISTS:filippov::gsl>)
+target_precompile_headers(filippov_headers_alone PRIVATE alone/eigen.hpp)
 target_compile_options(filippov_headers_alone
                        PRIVATE $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-O0 -g0 -fno-sanitize=all>)

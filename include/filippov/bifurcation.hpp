@@ -5,6 +5,8 @@
 #include <filippov/arclength.hpp>
 #include <filippov/floquet.hpp>
 
+#include <Eigen/QR>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

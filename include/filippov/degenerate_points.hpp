@@ -7,6 +7,8 @@
 #include <filippov/multiplier_tests.hpp>
 #include <filippov/sliding_point.hpp>
 
+#include <Eigen/LU>
+
 #include <cmath>
 #include <cstddef>
 #include <vector>

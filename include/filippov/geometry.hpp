@@ -7,6 +7,9 @@
 #include <filippov/maps.hpp>
 #include <filippov/statistics.hpp>
 
+#include <Eigen/LU>
+#include <Eigen/QR>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -188,6 +188,19 @@ void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::ve
     }
 }
 
+using TapeDims = std::integer_sequence<int, FILIPPOV_TAPE_DIMS>; ///< compiled sizes, ascending
+
+/// The model of the first size that holds n components.
+template <int... N>
+std::shared_ptr<const Model> tape_model_of(std::integer_sequence<int, N...>, int n,
+                                           const Facts& facts,
+                                           const std::shared_ptr<const TapeProgram>& tapes) {
+    std::shared_ptr<const Model> model;
+    static_cast<void>(((n <= N && (model = tape_model<N>(facts, tapes))) || ...));
+    expect(n >= 1 && model, "not too many components");
+    return model;
+}
+
 py::dict define(const GraphPointer& graph, const std::string& name,
                 const std::vector<std::string>& state, const std::vector<std::string>& params,
                 const std::vector<double>& defaults, const std::vector<Expr>& field,
@@ -237,14 +250,7 @@ py::dict define(const GraphPointer& graph, const std::string& name,
     facts.name = name;
     facts.state = state;
     const auto tapes = std::make_shared<const TapeProgram>(d, tape_params);
-    static constexpr std::array make{&tape_model<1>,  &tape_model<2>,
-                                     &tape_model<3>,  &tape_model<4>,
-                                     &tape_model<5>,  &tape_model<6>,
-                                     &tape_model<7>,  &tape_model<8>,
-                                     &tape_model<16>, &tape_model<most_tape_dims>};
-    const std::size_t n = state.size();
-    expect(n >= 1 && n <= std::size_t(most_tape_dims), "not too many components");
-    const auto model = make[n <= 8 ? n - 1 : n <= 16 ? 8 : 9](facts, tapes);
+    const auto model = tape_model_of(TapeDims(), int(state.size()), facts, tapes);
     py::dict result;
     result["model"] = std::const_pointer_cast<Model>(model); // the holder type has no const
     result["h"] = d.h;

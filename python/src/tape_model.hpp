@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of formulas behind the interface of model.hpp: compiled for each number of components, up
-// to eight; those of more for the next of two sizes.
+// Systems of formulas behind the interface of model.hpp: compiled for small numbers of components,
+// and for some larger ones, which systems with fewer components use, too.
 #pragma once
 
 #include "lanes/lanes.hpp"
@@ -15,7 +15,7 @@ namespace filippov::python {
 /// What systems of formulas are compiled for.
 inline constexpr int most_tape_dims = 32, most_tape_surfaces = most_split_surfaces;
 
-/// A system of N components; of N at most, where N is larger than most_exact_dims.
+/// A system of N components at most.
 template <int N>
 std::shared_ptr<const Model> tape_model(const Facts& facts,
                                         std::shared_ptr<const TapeProgram> tapes);

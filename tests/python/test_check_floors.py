@@ -38,6 +38,7 @@ def test_lower_floors_third_party_and_std_are_accepted(house):
         ("scalar", HEAD + "#include <gsl/gsl_math.h>\n", "only Eigen and the standard library"),
         ("scalar", HEAD + "#include <math.h>\n", "no header of the C++ standard library"),
         ("scalar", HEAD + "#include <omp.h>\n", "no header of the C++ standard library"),
+        ("scalar", HEAD + "auto x = A.partialPivLu().solve(b);\n", "uses what <Eigen/LU> declares"),
         ("scalar", HEAD + "#include <filippov/scalar.hpp>\n", "scalar -> scalar"),
         ("sliding", HEAD + "#include <filippov/mode.hpp>\n", "does not exist"),
         ("shortcut", HEAD, "is on no floor"),
