@@ -356,7 +356,7 @@ private:
         const S off = off_in(S(1));
         // A swing is smooth up close. What cancels within h is not: its rounding, unknown here,
         // would hold back the steps that show nothing else.
-        for (S part(0.5); off > bent && part > S(1e-3); part /= S(2))
+        for (S part = S(1) / S(2); off > bent && part > S(1e-3); part /= S(2))
             if (const S closer = off_in(part); closer < off / S(2))
                 return closer > S(0) ? off : S(0);
         return S(0);
