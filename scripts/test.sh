@@ -63,4 +63,4 @@ for preset in as-used sanitize; do
 done
 
 step "Python tests"
-MPLBACKEND=Agg .venv/bin/python -m pytest --numprocesses="$(nproc)" --dist=loadfile
+MPLBACKEND=Agg .venv/bin/python -m pytest --numprocesses="$(nproc)" --dist=worksteal

@@ -238,9 +238,10 @@ private:
             const NonUnique policy = settings_.on_nonunique;
             // The one option there is may be to stay where nothing attracts.
             const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
-            if (v.n_options == 0 && !independent_here(on))
+            const bool none = v.n_options == 0 || (chosen < 0 && only_stay);
+            if (none && !independent_here(on))
                 return segment_.fail(Status::dependent_surfaces, "grad h", j);
-            if (v.n_options == 0 || (chosen < 0 && (policy == NonUnique::stop || only_stay)))
+            if (none || (chosen < 0 && policy == NonUnique::stop))
                 return segment_.fail(Status::ambiguous, v.reason, j);
             if (chosen >= 0)
                 v.take(chosen);

@@ -14,7 +14,7 @@ enum class [[nodiscard]] Status {
     max_events,         ///< Settings::max_events used up
     step_too_small,     ///< the error test asks for steps below the resolution of time
     not_finite,         ///< f or h is NaN or infinite and no shorter step helps
-    ambiguous,          ///< the solution is not unique here and the policy is `stop`
+    ambiguous,          ///< not unique here, or not shown to be unique; the policy is `stop`
     degenerate_surface, ///< the gradient of h vanishes on the surface
     dependent_surfaces, ///< gradients of several surfaces are linearly dependent
     jump_cascade,       ///< too many state jumps in a row at one time
@@ -43,7 +43,9 @@ constexpr std::string_view message(Status status) {
         return "The right-hand side or the switching function is not finite, and no shorter step "
                "helps.";
     case Status::ambiguous:
-        return "The solution is not unique at this point; choose a branch with on_nonunique.";
+        return "The solution is not unique, or not shown to be unique, at this point; choose a "
+               "branch "
+               "with on_nonunique.";
     case Status::degenerate_surface:
         return "The gradient of the switching function vanishes on the surface; choose a switching "
                "function with a simple root.";

@@ -20,7 +20,7 @@ class Status(str, Enum):
     max_events = "max_events"  #: `max_events` used up
     step_too_small = "step_too_small"  #: the error test asks for steps below the resolution of time
     not_finite = "not_finite"  #: the field or h is NaN or infinite and no shorter step helps
-    ambiguous = "ambiguous"  #: the solution is not unique here and the policy is "stop"
+    ambiguous = "ambiguous"  #: not unique here, or not shown to be unique; the policy is "stop"
     degenerate_surface = "degenerate_surface"  #: the gradient of h vanishes on the surface
     dependent_surfaces = "dependent_surfaces"  #: gradients of several surfaces are dependent
     jump_cascade = "jump_cascade"  #: too many state jumps in a row at one time

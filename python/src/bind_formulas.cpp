@@ -5,6 +5,7 @@
 #include <filippov/switch_formulas.hpp>
 #include <filippov/time_stepping.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -189,6 +190,9 @@ void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::ve
 }
 
 using TapeDims = std::integer_sequence<int, FILIPPOV_TAPE_DIMS>; ///< compiled sizes, ascending
+template <int... N> constexpr int most_of(std::integer_sequence<int, N...>) {
+    return std::max({N...});
+}
 
 /// The model of the first size that holds n components.
 template <int... N>
@@ -407,7 +411,7 @@ void bind_formulas(py::module_& m) {
         });
     m.def("define", &define);
     m.def("time_stepping", &step_in_time);
-    m.attr("most_tape_dims") = most_tape_dims;
+    m.attr("most_tape_dims") = most_of(TapeDims());
     m.attr("most_tape_params") = tape_params;
 }
 

@@ -12,8 +12,7 @@
 
 namespace filippov::python {
 
-/// What systems of formulas are compiled for.
-inline constexpr int most_tape_dims = 32, most_tape_surfaces = most_split_surfaces;
+inline constexpr int most_tape_surfaces = most_split_surfaces;
 
 /// A system of N components at most.
 template <int N>
