@@ -19,9 +19,10 @@ template <int N> class AnySystem {
     using Field = std::function<filippov::Vec<S, N>(const S&, const filippov::Vec<S, N>&)>;
     template <class S> using Switch = std::function<S(const S&, const filippov::Vec<S, N>&)>;
     template <template <class> class F>
-    using EachScalar = std::tuple<F<double>, F<filippov::Taylor<double, 1>>,
-                                  F<filippov::Taylor<double, 2>>, F<filippov::Taylor<double, 3>>,
-                                  F<filippov::Taylor<filippov::Taylor<double, 1>, 1>>>;
+    using EachScalar =
+        std::tuple<F<double>, F<filippov::Taylor<double, 1>>, F<filippov::Taylor<double, 2>>,
+                   F<filippov::Taylor<double, 3>>, F<filippov::Taylor<double, 4>>,
+                   F<filippov::Taylor<filippov::Taylor<double, 1>, 1>>>;
 
     EachScalar<Field> f1_, f2_;
     EachScalar<Switch> h_;
@@ -31,7 +32,7 @@ public:
 
     template <class F1, class F2, class H>
     AnySystem(F1 f1, F2 f2, H h)
-        : f1_{f1, f1, f1, f1, f1}, f2_{f2, f2, f2, f2, f2}, h_{h, h, h, h, h} {}
+        : f1_{f1, f1, f1, f1, f1, f1}, f2_{f2, f2, f2, f2, f2, f2}, h_{h, h, h, h, h, h} {}
 
     template <filippov::Scalar S>
     filippov::Vec<S, N> f1(const S& t, const filippov::Vec<S, N>& x,

@@ -227,11 +227,11 @@ private:
         const auto h = [&](const auto& t, const auto& x, const auto& p) {
             return switching(sys_, t, x, p)[j];
         };
-        const auto rate = lie_derivatives<3>(field, h, t_, x_, p_);
+        const auto rate = lie_derivatives<4>(field, h, t_, x_, p_);
         // all in units of the first derivative that could be zero, of order `first`
         const int first = order;
         S unit(1);
-        for (++order; order <= 3; ++order) {
+        for (++order; order <= 4; ++order) {
             unit = unit * forward * arrival_.tau;
             const S change = rate[std::size_t(order - 1)] * unit;
             if (abs(change) > noise * size)

@@ -5,6 +5,8 @@
 #include <filippov/sliding.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -29,8 +31,8 @@ template <class S> struct Arrival {
 
 /// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
 struct Departure {
-    int sign = 0;  ///< -1 into h < 0, +1 into h > 0, 0 if three derivatives vanish
-    int order = 0; ///< which derivative decided, 1 to 3; 0 if none
+    int sign = 0;  ///< -1 into h < 0, +1 into h > 0, 0 if four derivatives vanish
+    int order = 0; ///< which derivative decided, 1 to 4; 0 if none
     bool finite = true;
 };
 
@@ -61,13 +63,14 @@ bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Sma
     if (next.value == S(0) || sign(first.value) == sign(next.value))
         return false;
     // their Taylor terms balance after tau; the height between is about half of one
-    const S factorial = first.order == 1 ? S(1) : S(2),
-            next_factorial = next.order == 2 ? S(2) : S(6);
-    const S tau = pow(abs(first.value / factorial) / abs(next.value / next_factorial),
-                      S(1) / S(next.order - first.order));
+    constexpr std::array<int, 5> factorial{1, 1, 2, 6, 24};
+    const auto coefficient = [&](const Derivative<S>& d) {
+        return abs(d.value / S(factorial[std::size_t(d.order)]));
+    };
+    const S tau = pow(coefficient(first) / coefficient(next), S(1) / S(next.order - first.order));
     if (small.time > S(0))
         return tau <= small.time;
-    return abs(first.value / factorial) * pow(tau, S(first.order)) / S(2) <= small.height;
+    return coefficient(first) * pow(tau, S(first.order)) / S(2) <= small.height;
 }
 
 } // namespace detail
@@ -86,7 +89,7 @@ S rate_rounding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const 
 
 /// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
 ///
-/// Lie derivatives of h_j up to order three, time included. h' counts as zero where what it starts
+/// Lie derivatives of h_j up to order four, time included. h' counts as zero where what it starts
 /// is too small, a test without units. A visit to this side is too small if it stays below the
 /// rounding of h. Flow towards the surface, the part of this side in a slide, is too small if the
 /// slide would end within some units of the last place of t; but where the solution came from this
@@ -94,13 +97,14 @@ S rate_rounding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const 
 /// rounding of its own terms.
 /// @param slope_found  h_j' along the field, in the direction of time
 /// @param band   rounding of h_j here
-/// @cost nothing, nearly always; else three fields in Taylor arithmetic
+/// @cost nothing, nearly always; else two or four fields in Taylor arithmetic
 template <class Sys, class S>
 Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
                     const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
                     const S& slope_found, const S& band) {
     using std::abs;
     using std::cbrt;
+    using std::pow;
     using std::sqrt;
     const S tau = arrival.tau;
     if (!(abs(slope_found) <= std::numeric_limits<S>::max()))
@@ -122,27 +126,30 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     // Below this a derivative is rounding of something that is zero for all time.
     const S noise = S(1e-3) * band;
     const S second = lie_derivatives<2>(field, h, t, x, p)[1];
-    // Plainly not zero: whatever the third derivative, what h'' starts is above rounding.
+    // Plainly not zero: whatever the next derivatives, what h'' starts is above rounding.
     if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
         return detail::negligible<S>({1, slope}, {2, second}, first)
                    ? Departure{detail::sign(second), 2, true}
                    : Departure{detail::sign(slope), 1, true};
 
-    const S third = S(arrival.direction) * lie_derivatives<3>(field, h, t, x, p)[2];
-    const bool no_third = abs(third * tau * tau * tau) <= noise;
-    const bool no_second =
-        abs(second * tau * tau) <= noise || detail::negligible<S>({2, second}, {3, third}, higher);
-    const bool no_first = no_second
-                              ? (no_third ? abs(slope * tau) <= noise
-                                          : detail::negligible<S>({1, slope}, {3, third}, first))
-                              : detail::negligible<S>({1, slope}, {2, second}, first);
-    if (!no_first)
-        return {detail::sign(slope), 1, true};
-    if (!no_second)
-        return {detail::sign(second), 2, true};
-    if (!no_third)
-        return {detail::sign(third), 3, true};
-    return {0, 0, true};
+    // From the highest down: each counts unless it is rounding, or not finite (the field need not
+    // be that smooth), or the next that counts undoes what it starts.
+    const auto rates = lie_derivatives<4>(field, h, t, x, p);
+    const std::array<S, 5> derivative{S(0), slope, second, S(arrival.direction) * rates[2],
+                                      rates[3]};
+    detail::Derivative<S> next{0, S(0)};
+    for (int k = 4; k >= 1; --k) {
+        const detail::Derivative<S> d{k, derivative[std::size_t(k)]};
+        const S height = abs(d.value) * pow(tau, S(k));
+        const bool rounding = !(height > noise && height <= std::numeric_limits<S>::max());
+        const bool nothing =
+            next.order == 0
+                ? rounding
+                : (k > 1 && rounding) || detail::negligible<S>(d, next, k > 1 ? higher : first);
+        if (!nothing)
+            next = d;
+    }
+    return {detail::sign(next.value), next.order, true};
 }
 
 /// True if both sides' fields bend h_j alike.
@@ -325,7 +332,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         v.unique = true;
         option(0);
     } else if (vanish) {
-        v.reason = "all derivatives of h up to order three vanish";
+        v.reason = "all derivatives of h up to order four vanish";
         for (const int side : {-1, 0, 1})
             option(side);
     } else if (two_fold && !same_field) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Truncated power series in one variable: the library's automatic differentiation.
 //
-// Why not Eigen's AutoDiffScalar: the engine needs derivatives *along a flow* up to order three
-// (Lie derivatives of the switching function), which a first-order dual gives only by nesting three
+// Why not Eigen's AutoDiffScalar: the engine needs derivatives *along a flow* up to order four
+// (Lie derivatives of the switching function), which a first-order dual gives only by nesting four
 // deep. A truncated series gives them in one pass, its order 1 is the dual number, and it nests.
 #pragma once
 
