@@ -219,6 +219,7 @@ class Branch(Stored):
         """Give the branch as an `xarray.Dataset`: dimensions `point`, `event`, `special`, `state`.
 
         Orbits of bifurcations are left out; their parameter values, kinds and words are there.
+        Multipliers, which are complex, are `multipliers_real` and `multipliers_imag`.
         """
         variables: dict[str, Any] = {
             column: ("point", getattr(self, column))
@@ -229,7 +230,8 @@ class Branch(Stored):
         variables |= event_variables(self.events, "event_", x="state")
         for column in ("kind", "word_before", "word_after", "side"):
             each = [getattr(s, column) for s in self.specials]
-            variables[f"special_{column}"] = ("special", np.array(each))
+            kind = np.int64 if column == "side" else np.str_
+            variables[f"special_{column}"] = ("special", np.array(each, dtype=kind))
         coords: dict[str, Any] = {"state": list(self.system.state)}
         for name, values in self.param.items():
             where = np.array([s.param[name] for s in self.specials])

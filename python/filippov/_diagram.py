@@ -138,6 +138,7 @@ class Diagram(Stored):
         }
         variables |= {name: ("point", getattr(self, name)) for name in at_points}
         variables |= {name: ("value", getattr(self, name)) for name in at_values}
+        variables["message"] = ("value", np.array(self.message, dtype=np.str_))
         coords = {
             "value": ("value", self.values),
             "state": ("state", list(self.state)),

@@ -189,7 +189,10 @@ class EventMap(Stored):
     def to_xarray(self) -> xr.Dataset:
         """Give the samples as an `xarray.Dataset` over the dimension `sample`."""
         columns = ("value", "value_boundary", "slope", "turns", "true_exit", "defined")
-        variables = {name: ("sample", getattr(self, name)) for name in columns}
+        variables: dict[str, Any] = {name: ("sample", getattr(self, name)) for name in columns}
+        for name in ("word", "reason"):
+            each = [str(v) for v in getattr(self, name)]
+            variables[name] = ("sample", np.array(each, dtype=np.str_))
         coords = {name: ("sample", getattr(self, name)) for name in ("phase", "boundary")}
         return dataset(self, variables, coords)
 

@@ -79,10 +79,10 @@ class Mapped(Stored):
         }
         for name, slope in self.param_slope.items():
             variables[f"slope_{name}"] = (("of", *start), slope)
-        for name in ("word", "status"):
+        for name in ("word", "status", "message"):
             each = getattr(self, name)
-            words = np.array([str(v) for v in each]) if start else np.array(str(each))
-            variables[name] = (start, words)
+            words = [str(v) for v in each] if start else str(each)
+            variables[name] = (start, np.array(words, dtype=np.str_))
         both = [*self.system.state, "t"]
         coords = {"state": list(self.system.state), "of": both, "by": both}
         return dataset(self, variables, coords)

@@ -163,7 +163,10 @@ class Orbit(Stored):
         return plot_multipliers(self.multipliers, ax, artist_kw)
 
     def to_xarray(self) -> xr.Dataset:
-        """Give the orbit as an `xarray.Dataset` with dimensions `event`, `state` and `other`."""
+        """Give the orbit as an `xarray.Dataset` with dimensions `event`, `state` and `other`.
+
+        Multipliers, which are complex, are `multipliers_real` and `multipliers_imag`.
+        """
         variables: dict[str, Any] = {
             "x0": ("state", self.x0),
             "multipliers": ("multiplier", self.multipliers),
