@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._basins import Attractor, Basins, Saddle, basins
+from ._basins import Attractor, Basins, Saddle, basins, verify_cycles
 from ._cells import GridArgument
 from ._check import floats, number, refuse
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
+from ._sound import complete, require, shaped
 from ._store import Stored, load
 from ._system import Params, System
 from ._types import Floats
@@ -50,6 +51,20 @@ class BasinSweep(Stored):
     params: Params  #: the other parameters
 
     _parts = (Attractor, Saddle)
+
+    def _verify(self) -> None:
+        n = self.values.size
+        complete(self.params, self.system.params)
+        require(self.parameter in self.params, f"parameter is {self.parameter!r}")
+        shaped((n,), values=self.values, escaped=self.escaped, unresolved=self.unresolved)
+        shaped((n, len(self.ids)), fractions=self.fractions, low=self.low, high=self.high)
+        require(len(set(self.ids)) == len(self.ids), f"ids are {self.ids}")
+        each = (self.attractors, self.labels, self.saddles)
+        require(all(len(column) == n for column in each), f"attractors are not of {n} values")
+        for attractors, labels, saddles in zip(*each, strict=True):
+            verify_cycles(self.system, attractors, saddles)
+            shaped((len(attractors),), labels=labels)
+            require(set(labels.tolist()) <= set(self.ids), f"labels are {labels.tolist()}")
 
     def to_xarray(self) -> xr.Dataset:
         """Give the shares as an `xarray.Dataset` over the parameter and the ids."""

@@ -25,7 +25,16 @@ from ._basin_numbers import (
     uncertainty_exponent,
 )
 from ._basin_work import BasinWork
-from ._cells import CellGroup, Grid, GridArgument, Integers, Picture, picture_of, unpack_cell_map
+from ._cells import (
+    CellGroup,
+    Grid,
+    GridArgument,
+    Integers,
+    Picture,
+    picture_of,
+    unpack_cell_map,
+    verify_cells,
+)
 from ._check import flag, floats, integer, number, refuse
 from ._dataset import dataset
 from ._ensemble import (
@@ -42,6 +51,7 @@ from ._lanes import level_of
 from ._progress import Progress, ended, shown
 from ._refine import RefinedBasins, refine
 from ._settings import Settings
+from ._sound import STATUSES, codes, complete, finite, known, require, shaped
 from ._store import Stored
 from ._system import Params, System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
@@ -99,6 +109,24 @@ class Attractor:
         return f"<Attractor: period {self.period}, {_first_point(self)}>"
 
 
+def verify_cycles(
+    sys: System, attractors: tuple[Attractor, ...], saddles: tuple[Saddle, ...]
+) -> None:
+    """Refuse cycles that are not those of a system."""
+    dim = sys.dim
+    for points in [a.points for a in attractors] + [s.points for s in saddles]:
+        require(points.size > 0, "points is empty")
+        shaped((dim, points.shape[-1]), points=points)
+    for saddle in saddles:
+        shaped((dim,), multipliers=saddle.multipliers)
+    for attractor in attractors:
+        n = attractor.points.shape[1]
+        shaped((dim,) if attractor.periodic else (0,), multipliers=attractor.multipliers)
+        shaped(
+            (n, dim, dim) if attractor.periodic else attractor.norms.shape, norms=attractor.norms
+        )
+
+
 def _first_point(cycle: Saddle | Attractor) -> str:
     """Write down where a cycle is, and how it attracts."""
     sizes = ", ".join(f"{abs(m):.4g}" for m in cycle.multipliers)
@@ -149,6 +177,28 @@ class Basins(Stored):
     stats: LaneStats
 
     _parts = (Attractor, CellGroup, Grid, GroupCheck, LaneStats, Saddle, Settings)
+
+    def _verify(self) -> None:
+        sys, n = self.system, len(self.attractors)
+        self.grid.verify_in(sys)
+        complete(self.params, sys.params)
+        verify_cycles(sys, self.attractors, self.saddles)
+        shaped((sys.dim,), rest=self.rest)
+        finite(rest=self.rest)
+        arrays = ("label", "time", "status", "plain_group", "plain_steps")
+        shaped(self.grid.shape, **{name: getattr(self, name) for name in arrays})
+        codes(-1, n + 1, label=self.label)
+        codes(-1, 2**31, time=self.time)
+        known(STATUSES, status=self.status)
+        verify_cells(self.grid, self.plain_groups, plain_group=self.plain_group)
+        for check in self.confusion:
+            codes(-2, len(self.plain_groups), group=check.group)
+            codes(0, n + 1, attractor=check.attractor)
+            shaped((n + 2,), cells=check.cells)
+        require(len(self.settings.atol) == sys.dim, f"atol has {len(self.settings.atol)} entries")
+        require(self.escape is None or len(self.escape) == sys.dim, f"escape is {self.escape}")
+        require(0 < self.period < np.inf, f"period is {self.period}")
+        search_of(**self.search)
 
     @property
     def unresolved(self) -> NDArray[np.int64]:
@@ -453,17 +503,17 @@ def basins(
     run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
     distance = number("distance", distance, "expected 0 <= distance < 1", least=0.0, below=1.0)
     threads, tile = counts(threads=threads, tile=tile)
-    search = {
-        "seeds": integer("seeds", seeds),
-        "settle": integer("settle", settle),
-        "longest": integer("longest", longest),
-        "saddle_starts": integer("saddle_starts", saddle_starts, 0),
-        "max_periods": integer("max_periods", max_periods),
-        "distance": distance,
-        "times": flag("times", times),
-        "audit": integer("audit", audit, 0),
-        "seed": integer("seed", seed, 0),
-    }
+    search = search_of(
+        seeds=seeds,
+        settle=settle,
+        longest=longest,
+        saddle_starts=saddle_starts,
+        max_periods=max_periods,
+        distance=distance,
+        times=times,
+        audit=audit,
+        seed=seed,
+    )
     bounds = escape_bounds(sys, escape)
     work = BasinWork(sys, picture, run, search, bounds, threads or 0, level_of(sys))
     cells = picture.grid
@@ -536,6 +586,32 @@ def basins(
     )
     ended(checked["raised"], basins=result)
     return result
+
+
+def search_of(
+    *,
+    seeds: int,
+    settle: int,
+    longest: int,
+    saddle_starts: int,
+    max_periods: int,
+    distance: float,
+    times: bool,
+    audit: int,
+    seed: int,
+) -> dict[str, Any]:
+    """Check how attractors are looked for."""
+    return {
+        "seeds": integer("seeds", seeds),
+        "settle": integer("settle", settle),
+        "longest": integer("longest", longest),
+        "saddle_starts": integer("saddle_starts", saddle_starts, 0),
+        "max_periods": integer("max_periods", max_periods),
+        "distance": number("distance", distance, "expected 0 <= distance < 1", least=0, below=1),
+        "times": flag("times", times),
+        "audit": integer("audit", audit, 0),
+        "seed": integer("seed", seed, 0),
+    }
 
 
 def _half(show: Show, half: int) -> Show:

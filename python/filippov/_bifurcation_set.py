@@ -17,6 +17,7 @@ from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import precision
 from ._progress import Progress, ended, shown
+from ._sound import require
 from ._store import Stored
 from ._system import Params, System
 
@@ -39,6 +40,14 @@ class BifurcationSet(Stored):
     failed_starts: int  #: points of the rectangle from which no orbit was found
     system: System
     params: Params  #: the other parameters
+
+    def _verify(self) -> None:
+        over = {tuple(curve.param) for curve in self.curves}
+        require(len(over) < 2, "curves are over different parameters")
+        require(all(curve.kind for curve in self.curves), "a curve is one of orbits")
+        require(not any(branch.kind for branch in self.branches), "a branch is one of bifurcations")
+        names = set(self.params)
+        require(names < set(self.system.params), f"params are {', '.join(names)}")
 
     @property
     def specials(self) -> tuple[SpecialPoint, ...]:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._basins import Basins, Saddle
+from ._basins import Basins, Saddle, verify_cycles
 from ._cells import Grid, Integers
 from ._check import integer, number, refuse
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
+from ._sound import codes, complete, known, require, shaped
 from ._store import Stored
 from ._system import Params, System
 from ._types import Floats
@@ -58,6 +59,14 @@ class BoundaryCurve:
     distance: float  #: of the boundary from the polyline, estimated, in pictures
     coarse: int  #: chords that may be farther from it
 
+    def _verify(self) -> None:
+        n = self.kind.size
+        require(n > 0, "a curve has no points")
+        shaped((2, n), points=self.points, left=self.left_points, right=self.right_points)
+        columns = {name: getattr(self, name) for name in ("kind", "saddle", "periods", "approach")}
+        shaped((n,), **columns)
+        known(KINDS.tolist(), kind=self.kind)
+
 
 @dataclass(frozen=True)
 class BoundaryCorner:
@@ -86,6 +95,13 @@ class BasinBoundary(Stored):
     params: Params
 
     _parts = (BoundaryCorner, BoundaryCurve, Grid)
+
+    def _verify(self) -> None:
+        self.grid.verify_in(self.system)
+        complete(self.params, self.system.params)
+        for corner in self.corners:
+            codes(0, len(self.curves), curve=corner.curve)
+            codes(0, self.curves[corner.curve].kind.size, point=corner.point)
 
     def to_xarray(self) -> xr.Dataset:
         """Give the curves as an `xarray.Dataset` over the points of all, `curve` telling which."""
@@ -162,6 +178,19 @@ class UnstableSet(Stored):
     params: Params
 
     _parts = (Grid, Saddle, UnstableBranch)
+
+    def _verify(self) -> None:
+        dim = self.system.dim
+        self.grid.verify_in(self.system)
+        complete(self.params, self.system.params)
+        verify_cycles(self.system, (), (self.saddle,))
+        shaped((dim,), direction=self.direction)
+        require(len(self.branches) > 0, "branches is empty")
+        for branch in self.branches:
+            n = branch.points.shape[-1]
+            shaped((dim, n), points=branch.points)
+            shaped((branch.breaks.size,), breaks=branch.breaks)
+            codes(0, n, breaks=branch.breaks)
 
     def to_xarray(self) -> xr.Dataset:
         """Give the set as an `xarray.Dataset` over the points of both branches."""

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from . import _core
 from ._bounds import pair
 from ._check import integer, number, refuse, word, words
-from ._cycle import node_events, without_point
+from ._cycle import node_events, verify_nodes, without_point
 from ._dataset import dataset, event_variables
 from ._geometry import one_surface
 from ._orbit import Complexes, Orbit, orbit_from, precision
 from ._progress import Progress, ended, shown
+from ._sound import codes, complete, finite, known, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Branch", "SpecialPoint", "continuation"]
 
 KINDS = tuple(_core.bifurcation_names())
+CURVE_KINDS = KINDS[:6]  #: that are followed in two parameters
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,6 +52,15 @@ class SpecialPoint:
     conditions: dict[str, float]
     multipliers: Complexes  #: of the branch just before the point, shape (dim,)
     status: Status  #: `ok`, or `not_converged` if the point was seen and not located
+
+    def _verify(self) -> None:
+        known(KINDS, kind=self.kind)
+        codes(-1, self.orbit.events.size, node=self.node)
+        codes(-1, 2, side=self.side)
+        dim = self.orbit.system.dim
+        none = len(self.param) == 2 and not self.multipliers.size
+        shaped((0 if none else dim,), multipliers=self.multipliers)
+        require(set(self.param) <= set(self.orbit.system.params), f"param is {self.param}")
 
     @property
     def t(self) -> float:
@@ -107,6 +118,32 @@ class Branch(Stored):
     connected: tuple[Branch, ...] = ()
 
     _parts = (SpecialPoint,)
+
+    def _verify(self) -> None:
+        dim, n = self.system.dim, self.period.size
+        over = tuple(self.param)
+        complete(
+            self.params, self.system.params, *(over if len(over) == 1 + bool(self.kind) else ())
+        )
+        require(tuple(self.bounds) == over, f"bounds are of {', '.join(self.bounds)}")
+        known(("", *CURVE_KINDS), kind=self.kind)
+        known(KINDS, detect=self.detect)
+        precision(self.rtol, self.atol, 1)
+        columns = {name: getattr(self, name) for name in ("word", "period", "turns", "stable")}
+        shaped((n,), **columns, **{f"param[{name}]": each for name, each in self.param.items()})
+        shaped((n, dim), multipliers=self.multipliers)
+        shaped((dim, n), x0=self.x0)
+        finite(period=self.period, x0=self.x0, **self.param)
+        require(((self.period > 0) & (self.turns > 0)).all(), "period or turns is not > 0")
+        verify_nodes(self.system, self.events, self.word.tolist(), branch=True)
+        t = self.events["t"]
+        within = (t >= 0) & (t < self.period[self.events["point"]])
+        require(within.all(), "events.t is not within a period")
+        for point in self.specials:
+            require(tuple(point.param) == over, f"special points are over {tuple(point.param)}")
+            require(point.orbit.system == self.system, "special points are of another system")
+        for curve in self.connected:
+            require(tuple(curve.param) == over, f"connected curves are over {tuple(curve.param)}")
 
     @property
     def special(self) -> dict[str, tuple[SpecialPoint, ...]]:
@@ -397,9 +434,8 @@ def _in_two(
     steps: tuple[float, float, int],
     tolerances: tuple[float, float, int],
 ) -> Branch:
-    starts = KINDS[:6]
-    if start.kind not in starts:
-        refuse("start", start, f"expected one of {', '.join(starts)}")
+    if start.kind not in CURVE_KINDS:
+        refuse("start", start, f"expected one of {', '.join(CURVE_KINDS)}")
     cycle = start.orbit._cycle()
     sys, params = start.orbit.system, start.orbit.params
     names = two_parameters(sys, "parameter", parameters)

@@ -34,6 +34,7 @@ from ._lanes import level_of
 from ._maps import section_of
 from ._progress import Progress, ended, shown
 from ._settings import Settings
+from ._sound import STATUSES, codes, complete, finite, known, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -61,6 +62,19 @@ class Grid:
     low: tuple[float, float]
     high: tuple[float, float]
     shape: tuple[int, int]  #: cells along either axis
+
+    def _verify(self) -> None:
+        require(len(set(self.names)) == 2, f"names are {self.names}")
+        for low, high in zip(self.low, self.high, strict=True):
+            require(-math.inf < low < high < math.inf, f"low is {self.low}, high {self.high}")
+        require(min(self.shape) > 0, f"shape is {self.shape}")
+
+    def verify_in(self, sys: System, *others: str) -> None:
+        """Refuse a grid over what is no component of the system, nor one of the others."""
+        components = (*sys.state, *others)
+        codes(0, len(components), coordinates=self.coordinates)
+        names = tuple(components[k] for k in self.coordinates)
+        require(names == self.names, f"names are {self.names}, those of coordinates {names}")
 
     @property
     def axes(self) -> list[tuple[int, float, float, int]]:
@@ -197,6 +211,19 @@ class CellGroup:
     cells: Integers  #: indices along both axes, shape (period, 2), in the order of the map
     basin: int  #: cells that lead here, those of the group among them
 
+    def _verify(self) -> None:
+        shaped((self.period, 2), cells=self.cells)
+        require(self.period > 0, "period is 0")
+
+
+def verify_cells(grid: Grid, groups: tuple[CellGroup, ...], **group: Integers) -> None:
+    """Refuse groups of cells that are not those of a grid."""
+    for name, cells in group.items():
+        codes(-2, len(groups), **{name: cells})
+    for each in groups:
+        for axis in (0, 1):
+            codes(0, grid.shape[axis], cells=each.cells[:, axis])
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CellMap(Stored):
@@ -221,6 +248,17 @@ class CellMap(Stored):
     stats: LaneStats
 
     _parts = (CellGroup, Grid, Settings, LaneStats)
+
+    def _verify(self) -> None:
+        self.grid.verify_in(self.system, *(() if self.section is None else ("t",)))
+        complete(self.params, self.system.params)
+        shaped((self.system.dim,), rest=self.rest)
+        finite(rest=self.rest)
+        arrays = {name: getattr(self, name) for name in ("group", "steps", "image", "status")}
+        shaped(self.grid.shape, **arrays)
+        known(STATUSES, status=self.status)
+        codes(-2, math.prod(self.grid.shape), image=self.image)
+        verify_cells(self.grid, self.groups, group=self.group)
 
     @property
     def time(self) -> Floats:

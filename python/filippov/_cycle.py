@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +12,14 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._event import modes_of
+from ._sound import codes, finite, known, record, require
 from ._system import Params, System
 from ._types import Floats, Record
 
 if TYPE_CHECKING:
     from ._orbit import Orbit
 
-__all__ = ["Cycle", "node_events", "without_point", "word_of"]
+__all__ = ["Cycle", "node_events", "verify_columns", "verify_nodes", "without_point", "word_of"]
 
 # What ends a segment, in the order of the core.
 SURFACE, EXIT_BELOW, EXIT_ABOVE, GRAZE, EXTREMUM_BELOW, EXTREMUM_ABOVE, PHASE = range(7)
@@ -91,10 +93,15 @@ def word_of(modes: NDArray[np.int8]) -> str:
 
     `modes` has shape (surfaces, n); of several surfaces there are spaces between the modes.
     """
-    letters = ["".join(_CHARACTERS[side] for side in mode) for mode in modes.T.tolist()]
+    letters = _letters(modes)
     rotations = [letters[i:] + letters[:i] for i in range(len(letters))]
     least = min(rotations, key=lambda word: [_RANK[c] for letter in word for c in letter])
     return ("" if len(modes) == 1 else " ").join(least)
+
+
+def _letters(modes: NDArray[np.int8]) -> list[str]:
+    """Write modes of shape (surfaces, n)."""
+    return ["".join(_CHARACTERS[side] for side in mode) for mode in modes.T.tolist()]
 
 
 def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str], NDArray[np.intp]]:
@@ -152,6 +159,44 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
     log["x"] = columns["x"]
     log["s"] = columns["s"]
     return log[order][changes[order]], words, rank
+
+
+def verify_columns(sys: System, events: Record, branch: bool = False) -> None:
+    """Refuse what is no event log of cycles; of a branch it has a `point`."""
+    columns = _dtype(sys)
+    if not branch:
+        columns = np.dtype(
+            [(name, columns[name]) for name in columns.names or () if name != "point"]
+        )
+    record("events", events, columns)
+
+
+def verify_nodes(sys: System, events: Record, words: Sequence[str], branch: bool = False) -> None:
+    """Refuse an event log that no orbits with these words have."""
+    verify_columns(sys, events, branch)
+    known({*_KINDS.tolist(), "enter_sliding"}, kind=events["kind"])
+    codes(0, max(sys.surfaces, 1), surface=events["surface"])
+    codes(-1, 2, **{name: events[name] for name in ("mode_before", "mode_after")})
+    finite(t=events["t"], x=events["x"])
+    point = events["point"] if branch else np.zeros(events.size, dtype=np.intp)
+    codes(0, len(words), point=point)
+    steps, rises = np.diff(point), np.diff(events["t"]) >= 0
+    require(((steps > 0) | ((steps == 0) & rises)).all(), "events is out of order")
+
+    shape = (events.size, sys.surfaces)
+    after = events["mode_after"].reshape(shape)
+    changed = (events["mode_before"].reshape(shape) != after).any(axis=1)
+    ends = np.searchsorted(point, np.arange(len(words) + 1))
+    for word, a, b in zip(words, ends[:-1], ends[1:], strict=True):
+        modes = after[a:b][changed[a:b]].T
+        letters = word.split(" ") if sys.surfaces > 1 else list(word)
+        good = all(len(letter) == sys.surfaces and set(letter) <= set(_SIDES) for letter in letters)
+        # in any order: two events at one time have none
+        if modes.size:
+            good = good and sorted(letters) == sorted(_letters(modes))
+        elif sys.surfaces:
+            good = good and len(letters) == 1
+        require(good, f"word is {word!r}, which is not that of its events")
 
 
 def without_point(events: Record) -> Record:

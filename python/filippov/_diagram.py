@@ -19,6 +19,7 @@ from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
 from ._settings import Settings, Stats
 from ._simulate import METHOD_NAMES, POLICIES, absolute_tolerance, method_of
+from ._sound import STATUSES, codes, complete, known, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -82,6 +83,27 @@ class Diagram(Stored):
     stats: Stats  #: what all runs did, counted
 
     _parts = (Settings, Stats)
+
+    def _verify(self) -> None:
+        dim, n, m = self.system.dim, self.value.size, self.values.size
+        complete(self.params, self.system.params, self.parameter)
+        require(self.state == self.system.state, f"state is {self.state}")
+        require(len(self.settings.atol) == dim, f"atol has {len(self.settings.atol)} entries")
+        require(m > 0, "values is empty")
+        points = ("value", "period", "t_local", "kind", "surface", "boundary")
+        shaped((n,), **{name: getattr(self, name) for name in points})
+        shaped((dim, n), y=self.y)
+        values = ("values", "status", "forcing", "cycle", "skipped")
+        shaped((m,), **{name: getattr(self, name) for name in values})
+        require(len(self.message) == m, f"message has {len(self.message)} entries, expected {m}")
+        shaped((dim, m), y_end=self.y_end)
+        shaped((dim,), x0=self.x0)
+        known(_SECTIONS, section=self.section)
+        known(KIND_NAMES, kind=self.kind)
+        known(STATUSES, status=self.status)
+        codes(0, m, value=self.value)
+        codes(-1, self.system.surfaces, surface=self.surface)
+        codes(-1, 2, boundary=self.boundary)
 
     @property
     def param(self) -> Floats:

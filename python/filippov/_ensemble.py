@@ -7,7 +7,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from ._lanes import lanes_in_a_register, lanes_of, level_of, require_level
 from ._progress import Progress, ended, shown
 from ._settings import Settings
 from ._simulate import EXPLICIT, METHOD_NAMES, POLICIES, absolute_tolerance
+from ._sound import STATUSES, codes, complete, known, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import System
@@ -50,6 +51,9 @@ class LaneStats:
     windows: int  #: of slides, and trial steps along those without a closed form
     handed_over: int  #: stretches that the scalar engine ran
     width: int  #: lanes in a register
+
+    def _verify(self) -> None:
+        require(min(astuple(self)) >= 0 and self.width > 0, f"{self}: expected counts")
 
     @property
     def occupancy(self) -> float:
@@ -87,6 +91,22 @@ class Ensemble(Stored):
     stats: LaneStats
 
     _parts = (Settings, LaneStats)
+
+    def _verify(self) -> None:
+        dim, surfaces, shape = self.system.dim, self.system.surfaces, self.shape
+        complete(self.params, self.system.params)
+        require(self.state == self.system.state, f"state is {self.state}")
+        require(len(self.settings.atol) == dim, f"atol has {len(self.settings.atol)} entries")
+        known(STATUSES, status=self.status)
+        columns = ("t", "n_events", "n_slides", "slide_time")
+        shaped(shape, **{name: getattr(self, name) for name in columns})
+        shaped((dim, *shape), y=self.y, y0=self.y0)
+        shaped(shape if surfaces == 1 else (surfaces, *shape), mode=self.mode)
+        codes(-1, 2, mode=self.mode)
+        for name, value in self.params.items():
+            require(
+                np.broadcast_shapes(np.shape(value), shape) == shape, f"params[{name!r}] differs"
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ __all__ = [
     "EventKind",
     "Watched",
     "event_log",
+    "log_dtype",
     "mode_changes",
     "modes_of",
     "watch_all",
@@ -64,10 +65,10 @@ def modes_of(code: NDArray[Any], surfaces: int) -> NDArray[np.int8]:
     return modes
 
 
-def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:
-    """Structured array of events from its columns."""
+def log_dtype(dim: int, surfaces: int) -> np.dtype[Any]:
+    """Columns of an event log."""
     side: tuple[int, ...] = () if surfaces == 1 else (surfaces,)
-    dtype = np.dtype(
+    return np.dtype(
         [
             ("t", "f8"),
             ("kind", _KINDS.dtype),
@@ -83,7 +84,11 @@ def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: i
             ("alternatives", "i4"),
         ]
     )
-    log = np.empty(len(columns["t"]), dtype)
+
+
+def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:
+    """Structured array of events from its columns."""
+    log = np.empty(len(columns["t"]), log_dtype(dim, surfaces))
     for name in log.dtype.names or ():
         column = columns[name]
         if name == "kind":

@@ -14,6 +14,7 @@ from . import _core
 from ._check import floats, integer, number, refuse, vector
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
+from ._sound import codes, complete, ordered, record, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -66,6 +67,13 @@ class MapSettings:
     max_periods: float
     guess: tuple[float, ...] | None
 
+    def _verify(self) -> None:
+        number("rtol", self.rtol, above=0.0, below=1.0)
+        number("atol", self.atol, above=0.0)
+        number("max_periods", self.max_periods, above=0.0)
+        if self.guess is not None:
+            vector("guess", self.guess, 2)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EventMap(Stored):
@@ -96,6 +104,22 @@ class EventMap(Stored):
     _settings: MapSettings
 
     _parts = (FixedPoint, MapSettings)
+
+    def _verify(self) -> None:
+        complete(self.params, self.system.params)
+        require((self.system.dim, self.system.surfaces) == (2, 1), f"system is {self.system.name}")
+        n = self.phase.size
+        columns = "phase boundary value value_boundary slope turns true_exit defined"
+        shaped((n,), **{name: getattr(self, name) for name in columns.split()})
+        require(len(self.word) == len(self.reason) == n, "word and reason are of other samples")
+        require(self.iterate > 0, f"iterate is {self.iterate}")
+        codes(-1, 2, boundary=self.boundary, value_boundary=self.value_boundary)
+        require((self.boundary != 0).all(), "boundary has 0, expected -1 or +1")
+        for side in (-1, 1):
+            ordered("phase", self.phase[self.boundary == side])
+        ok = [reason is Status.ok for reason in self.reason]
+        require((self.defined == ok).all(), "defined is not where reason is ok")
+        record("breakpoints", self.breakpoints, _BREAK)
 
     @property
     def success(self) -> bool:

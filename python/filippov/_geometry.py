@@ -13,6 +13,7 @@ from . import _core
 from ._bounds import Bounds, box, interval
 from ._check import integer, number, one_of, refuse, word
 from ._progress import ended
+from ._sound import require
 from ._system import System
 from ._types import Floats
 
@@ -46,6 +47,10 @@ class Tangency:
     second: float  #: h'' along that field
     other: float  #: L of the other side's field
     drift: float  #: derivative of |s| along the sliding field: > 0 where slides end
+
+    def _verify(self) -> None:
+        require(self.side in (-1, 1), f"side is {self.side}, expected -1 or +1")
+        require(len(self.x) > 0, "x is empty")
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from . import _core
 from ._check import integer, number, refuse, vector
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
+from ._sound import complete, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -42,6 +43,11 @@ class Lyapunov(Stored):
     message: str  #: the same in words
     system: System
     params: Params
+
+    def _verify(self) -> None:
+        complete(self.params, self.system.params)
+        shaped((self.system.dim,), exponents=self.exponents, error=self.error, x=self.x)
+        require(not (self.error < 0).any(), "error is negative")
 
     @property
     def success(self) -> bool:

@@ -15,6 +15,7 @@ from ._check import integer, number, one_of, refuse, word, words
 from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import ended
+from ._sound import complete, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -51,6 +52,23 @@ class Mapped(Stored):
     message: str | tuple[str, ...]  #: the same in words, empty for ok
     system: System
     params: Params
+
+    def _verify(self) -> None:
+        sys, several = self.system, isinstance(self.status, tuple)
+        complete(self.params, sys.params)
+        n = (len(self.status),) if several else ()
+        shaped((sys.dim, *n), x=self.x)
+        shaped((sys.dim + 1, sys.dim + 1, *n), slope=self.slope)
+        shaped((sys.dim + 1, *n), **{f"slope by {p}": v for p, v in self.param_slope.items()})
+        require(
+            set(self.param_slope) <= set(sys.params), f"slopes by {', '.join(self.param_slope)}"
+        )
+        for name in ("t", "slides", "singular"):
+            shaped(n, **{name: np.asarray(getattr(self, name))})
+        for name in ("word", "message"):
+            each = getattr(self, name)
+            good = len(each) == len(self.status) if several else True
+            require(isinstance(each, tuple) == several and good, f"{name} is of other starts")
 
     def __repr__(self) -> str:
         if isinstance(self.status, tuple):

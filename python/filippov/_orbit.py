@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import flag, integer, number, one_of, refuse, span, vector
-from ._cycle import Cycle, node_events, without_point
+from ._cycle import Cycle, node_events, verify_columns, verify_nodes, without_point
 from ._dataset import dataset, event_variables
 from ._event import EventKind
 from ._progress import ended
 from ._simulate import simulate
+from ._sound import complete, finite, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -92,6 +93,26 @@ class Orbit(Stored):
     def success(self) -> bool:
         """True if this is an orbit."""
         return self.status is Status.ok
+
+    def _verify(self) -> None:
+        dim = self.system.dim
+        complete(self.params, self.system.params)
+        precision(self.rtol, self.atol, 1)
+        shaped((dim,), multipliers=self.multipliers, x0=self.x0)
+        shaped((dim, dim), monodromy=self.monodromy)
+        verify_columns(self.system, self.events)
+        if not self.success:
+            return
+        verify_nodes(self.system, self.events, [self.word])
+        require(self.turns > 0, f"turns is {self.turns}")
+        require(0 < self.period < np.inf, f"period is {self.period}")
+        if self.system._forced(self.params):
+            whole = self.turns * (self.system.period(self.params) or np.nan)
+            near = abs(self.period - whole) <= 1e-9 * whole
+            require(near, f"period is {self.period}, of {self.turns} turns {whole}")
+        finite(x0=self.x0, t0=self.t0)
+        t = self.events["t"]
+        require(((t >= 0) & (t < self.period)).all(), "events.t is not within a period")
 
     def trajectory(self, periods: float = 1, **settings: Any) -> Trajectory:
         """Simulate the orbit from its start.

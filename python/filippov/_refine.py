@@ -13,6 +13,7 @@ from ._cells import Grid, Integers
 from ._check import integer, number
 from ._dataset import dataset
 from ._progress import ended
+from ._sound import codes, complete, require, shaped
 from ._store import Stored
 from ._system import Params, System
 
@@ -57,6 +58,24 @@ class RefinedBasins(Stored):
     params: Params
 
     _parts = (Audit, Grid)
+
+    def _verify(self) -> None:
+        self.grid.verify_in(self.system)
+        complete(self.params, self.system.params)
+        n = self.label.size
+        shaped((n, 3), squares=self.squares)
+        shaped((n,), label=self.label, time=self.time)
+        require(self.coarse > 0 and 0 <= self.levels < 31, f"{self.coarse}, {self.levels}: levels")
+        shaped((self.levels + 1, 2), counts=self.counts)
+        codes(0, self.levels + 1, level=self.squares[:, 0])
+        codes(-1, 2**15, label=self.label)  # what a picture has colours for
+        codes(-1, 2**31, time=self.time)
+        for level in range(self.levels + 1):
+            here = self.squares[:, 0] == level
+            codes(0, self.coarse << level, place=self.squares[here, 1:])
+        sizes = np.bincount(self.squares[:, 0], minlength=self.levels + 1).tolist()
+        area = sum(count << 2 * (self.levels - level) for level, count in enumerate(sizes))
+        require(area == self.shape[0] ** 2, "squares do not cover the picture")
 
     @property
     def shape(self) -> tuple[int, int]:

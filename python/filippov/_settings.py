@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+
+from ._check import integer, number, word
+from ._sound import require
 
 __all__ = ["Settings", "Stats"]
 
@@ -21,6 +24,20 @@ class Settings:
     max_events: int
     on_nonunique: str
 
+    def _verify(self) -> None:
+        from ._simulate import ALL, METHOD_NAMES, POLICIES
+
+        word("method", self.method, METHOD_NAMES)
+        word("on_nonunique", self.on_nonunique, (*POLICIES, ALL))
+        number("rtol", self.rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
+        for atol in self.atol:
+            number("atol", atol, "expected numbers >= 0", least=0.0)
+        number("max_step", self.max_step, "expected a number > 0", above=0.0, infinite=True)
+        if self.first_step is not None:
+            number("first_step", self.first_step, "expected a number > 0", above=0.0)
+        integer("max_steps", self.max_steps)
+        integer("max_events", self.max_events)
+
 
 @dataclass(frozen=True)
 class Stats:
@@ -33,3 +50,6 @@ class Stats:
     interpolants: int  #: interpolants built
     landings: int  #: trial steps taken to land on events
     events: int  #: events met
+
+    def _verify(self) -> None:
+        require(min(astuple(self)) >= 0, f"{self}: expected counts")

@@ -15,6 +15,7 @@ from ._check import integer, refuse
 from ._dataset import dataset
 from ._geometry import Tangency, one_surface, seeds_of, tangency
 from ._progress import ended
+from ._sound import complete, ordered, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -50,6 +51,18 @@ class SlidingBoundary(Stored):
     params: Params
 
     _parts = (Tangency,)
+
+    def _verify(self) -> None:
+        n = self.t.size
+        complete(self.params, self.system.params)
+        require(self.system.dim == 2, f"system is {self.system.name}")
+        require(self.side in (-1, 1), f"side is {self.side}, expected -1 or +1")
+        ordered("t", self.t)
+        require(n > 1 and self.t[0] < self.t[-1], "t does not rise")
+        columns = ("phase", "drift", "visible", "attracting")
+        shaped((n,), **{name: getattr(self, name) for name in columns})
+        shaped((2, n), x=self.x)
+        require(all(len(each.x) == 2 for each in self.tangential), "tangential has other states")
 
     @property
     def success(self) -> bool:

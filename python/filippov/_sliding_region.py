@@ -14,6 +14,7 @@ from ._bounds import Bounds, ranges
 from ._check import integer, number, refuse
 from ._dataset import dataset
 from ._geometry import Tangency, tangencies_at
+from ._sound import complete, require, shaped
 from ._store import Stored
 from ._system import Params, System
 from ._types import Bools, Floats
@@ -38,6 +39,15 @@ class SlidingRegion(Stored):
     params: Params
 
     _parts = (Tangency,)
+
+    def _verify(self) -> None:
+        complete(self.params, self.system.params)
+        require(self.system.dim == 2, f"system is {self.system.name}")
+        for piece in (*self.pieces, self.boundary):
+            shaped((2, piece.shape[-1]), pieces=piece)
+        n = self.boundary.shape[1]
+        require(len(self.tangencies) == n, f"tangencies has {len(self.tangencies)}, expected {n}")
+        require(all(len(each.x) == 2 for each in self.tangencies), "tangencies have other states")
 
     def plot(self, ax: Axes | None = None, **artist_kw: Any) -> list[Artist]:
         """Draw the region and its boundary in the plane of the state.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._check import floats, refuse
+from ._sound import finite, ordered, require, shaped
 from ._system import System
 from ._types import FloatOrArray, Floats, Modes
 
@@ -66,6 +68,26 @@ class Solution:
     def _packed(self) -> dict[str, np.ndarray[Any, Any]]:
         """Give it in arrays."""
         return self._core.pack()
+
+    @staticmethod
+    def _verify(system: System, packed: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Refuse arrays that are no solution's, as far as the core does not."""
+        n, pieces, dim = packed["t"].size, packed["dt"].size, system.dim
+        shapes = {
+            "params": (len(system.params),),
+            "scale": (dim,),
+            "t": (n,),
+            "x": (n, dim),
+            "mode": (n, system.surfaces),
+            "x0": (pieces, dim if pieces else 0),
+            "polynomial": (pieces, *packed["polynomial"].shape[1:2], dim),
+        }
+        for name, array in packed.items():
+            kind = {"mode": "i", "period": "i", "closed_form": "i"}.get(name, "f")
+            require(array.dtype.kind == kind, f"sol.{name} is an array of {array.dtype}")
+            shaped(shapes.get(name, (pieces,)), **{f"sol.{name}": array})
+            finite(**{f"sol.{name}": array})
+        ordered("sol.t", packed["t"])
 
     @classmethod
     def _of(cls, system: System, packed: dict[str, np.ndarray[Any, Any]]) -> Solution:

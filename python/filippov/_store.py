@@ -20,8 +20,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import _core
-from ._check import refuse
+from ._check import number, refuse
 from ._solution import Solution
+from ._sound import Unsound, complete, known, require, typed
 from ._status import Status
 from ._system import Params, System, restore, restore_defined
 
@@ -157,15 +158,34 @@ class _Unpack:
             return self._systems[value["system"]]
         if "solution" in value:
             parts = {key: self.unpacked(v) for key, v in value["parts"].items()}
+            Solution._verify(self._systems[value["solution"]], parts)
             return Solution._of(self._systems[value["solution"]], parts)
         if "class" in value:
             fields = {key: self.unpacked(v) for key, v in value["fields"].items()}
-            return Stored._classes[value["class"]](**fields)
+            made = Stored._classes[value["class"]]
+            names = {field.name for field in dataclasses.fields(made)}
+            if set(fields) != names:
+                raise KeyError(value["class"])
+            return _sound(made(**fields))
         if "tuple" in value:
             return tuple(self.unpacked(v) for v in value["tuple"])
         if "params" in value:
             return Params({key: self.unpacked(v) for key, v in value["params"].items()})
         return {key: self.unpacked(v) for key, v in value["mapping"].items()}
+
+
+def _sound(made: Any) -> Any:  # noqa: ANN401 - any class that is stored
+    """Give an object back whose fields make sense: what uses it looks at them no more."""
+    try:
+        typed(made)
+        if isinstance(values := getattr(made, "params", None), Params):
+            for name, value in values.items():
+                number(f"params[{name!r}]", value)
+        if hasattr(made, "_verify"):
+            made._verify()
+    except (TypeError, ValueError) as error:
+        raise Unsound(f"{type(made).__name__}: {error}") from None
+    return made
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is known when the file is read
@@ -184,7 +204,9 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
     Raises
     ------
     ValueError
-        For a file that is not one of filippov's results, or of another format.
+        For a file that is not one of filippov's results, or of another format, and for one whose
+        content makes no sense: arrays that do not fit together, indices of nothing, times out of
+        order. Values that could be are not questioned.
     OSError
         For a file that cannot be read.
     """
@@ -210,6 +232,8 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
         return _Unpack(meta, arrays).unpacked(content)
     except MemoryError:
         raise
+    except Unsound as error:
+        refuse("path", os.fspath(path), f"its {found} makes no sense, {error}; {foreign}")
     except Exception:
         refuse("path", os.fspath(path), f"its {found} is incomplete; {foreign}")
 
@@ -225,12 +249,16 @@ def _import_all() -> None:
 
 
 def _system(content: Mapping[str, Any]) -> System:
+    from . import models
+
     if "formulas" in content:
-        return restore_defined(content["formulas"], content["params"])
-    try:
-        return restore(content["name"], content["params"])
-    except AttributeError:
-        return refuse("system", content["name"], "expected one of filippov.models")
+        made = restore_defined(content["formulas"], content["params"])
+    else:
+        known(models.__all__, system=content["name"])
+        made = restore(content["name"], content["params"])
+    require(list(made.state) == content["state"], f"state is {content['state']}")
+    complete(content["params"], made.params)
+    return made
 
 
 # --- files ----------------------------------------------------------------------------------------

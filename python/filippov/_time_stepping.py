@@ -14,6 +14,7 @@ from . import _core
 from ._check import integer, number, refuse, time_span, vector
 from ._dataset import dataset
 from ._progress import ended
+from ._sound import complete, finite, ordered, require, shaped
 from ._status import Status
 from ._store import Stored
 from ._system import Params, System
@@ -40,6 +41,15 @@ class TimeSteps(Stored):
     message: str  #: the same in words
     system: System
     params: Params
+
+    def _verify(self) -> None:
+        n = self.t.size
+        complete(self.params, self.system.params)
+        ordered("t", self.t)
+        require(n > 0, "t has no start")
+        shaped((self.system.dim, n), y=self.y)
+        finite(y=self.y)
+        shaped((self.system.surfaces, n), s=self.s)
 
     @property
     def success(self) -> bool:

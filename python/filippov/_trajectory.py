@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 
 from ._check import integer, refuse
 from ._dataset import dataset, event_variables
-from ._event import EventKind, mode_changes
+from ._event import KIND_NAMES, EventKind, log_dtype, mode_changes
 from ._settings import Settings, Stats
 from ._solution import Solution
+from ._sound import codes, complete, finite, known, ordered, record, require, shaped
 from ._status import SUCCESS, Status
 from ._store import Stored
 from ._system import Params, System
@@ -89,6 +90,45 @@ class Trajectory(Stored):
         """The events after which the solution is not unique, and `on_nonunique` chose."""
         chosen: Record = self.events[self.events["alternatives"] > 0]
         return chosen
+
+    def _verify(self) -> None:
+        dim, surfaces, n = self.system.dim, self.system.surfaces, self.t.size
+        complete(self.params, self.system.params)
+        require(len(self.settings.atol) == dim, f"atol has {len(self.settings.atol)} entries")
+        ordered("t", self.t)
+        shaped((dim, n), y=self.y)
+        shaped((n,) if surfaces == 1 else (surfaces, n), mode=self.mode)
+        log = self.events
+        record("events", log, log_dtype(dim, surfaces))
+        ends = log["kind"][[0, -1]].tolist() if log.size else []
+        require(ends == ["start", "end"], "events is not from a start to an end")
+        joined = (log["mode_after"][:-1] == log["mode_before"][1:]).all()
+        require(joined, "mode_before is not the mode after the event before")
+        ordered("events.t", log["t"])
+        known(KIND_NAMES, kind=log["kind"])
+        finite(y=self.y, x_left=log["x_left"], x_right=log["x_right"])
+        modes = {name: log[name] for name in ("mode_before", "mode_after")}
+        codes(-1, 2, mode=self.mode, **modes)
+        section = log["kind"] == EventKind.section
+        codes(-1, surfaces, surface=log["surface"][~section])
+        codes(0, len(self.t_events or ()), surface=log["surface"][section])
+        codes(0, 2**31, alternatives=log["alternatives"])
+        first, last = log["t"][0], log["t"][-1]
+        low, high = min(first, last), max(first, last)
+        require(((self.t >= low) & (self.t <= high)).all(), "t is not within events.t")
+        require(
+            n < 2 or (self.t[-1] >= self.t[0]) == (last >= first) or self.t[0] == self.t[-1],
+            "t and events.t go opposite ways",
+        )
+        require((self.t_events is None) == (self.y_events is None), "t_events without y_events")
+        for times, states in zip(self.t_events or (), self.y_events or (), strict=True):
+            ordered("t_events", times)
+            shaped((times.size, dim), y_events=states)
+        if self.sol is not None:
+            of, values = self.sol._system, self.sol._packed()["params"].tolist()
+            require((of.dim, of.surfaces) == (dim, surfaces), "sol is of another system")
+            require(values == list(self.params.values()), "sol has other params")
+            require((self.sol.t_min, self.sol.t_max) == (low, high), "sol has another span")
 
     def s(self, t: ArrayLike) -> FloatOrArray:
         """Blend variable at one time or several: for friction, the force over its maximum.
@@ -296,6 +336,9 @@ class Branches(Stored, Sequence[Trajectory]):
 
     trajectories: tuple[Trajectory, ...]
     complete: bool  #: False: there are more than `max_branches`
+
+    def _verify(self) -> None:
+        require(len(self) > 0, "it has no trajectories")
 
     @overload
     def __getitem__(self, index: int) -> Trajectory: ...

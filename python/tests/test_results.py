@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import json
 import pickle
+import re
 import shutil
 from collections.abc import Mapping
 
@@ -146,6 +147,12 @@ def assert_equal(a, b, where="result"):
             assert_equal(a[key], b[key], f"{where}[{key!r}]")
     else:
         assert a == b or (a != a and b != b), where
+
+
+def test_a_run_of_no_length_is_saved(tmp_path):
+    run = fp.simulate(BLOCK, [0, 0], (1.0, 1.0))
+    run.save(tmp_path / "run.npz")
+    assert_equal(run, fp.load(tmp_path / "run.npz"))
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -390,6 +397,177 @@ def test_a_file_that_makes_no_sense_is_refused(made, tmp_path, edit):
     edited(tmp_path / "run.npz", tmp_path / "edited.npz", edit)
     with pytest.raises(ValueError, match="path = "):
         fp.load(tmp_path / "edited.npz")
+
+
+# Lists of which nothing else says how long they are.
+FREE = ("breaks", "breakpoints", "branches.0.points", "branches.1.points", "pieces.0", "pieces.1")
+
+
+def entries(content):
+    """All dictionaries of fields in the metadata of a file."""
+    if isinstance(content, dict):
+        if "class" in content:
+            yield content["fields"]
+        for inner in content.values():
+            yield from entries(inner)
+    elif isinstance(content, list):
+        for inner in content:
+            yield from entries(inner)
+
+
+def refused(path):
+    """Whether a file is refused as it should be, by a ValueError that names it."""
+    try:
+        fp.load(path)
+    except ValueError as error:
+        return str(error).startswith("path = ")
+    return False
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_no_array_may_be_missing_cut_or_of_another_kind(made, tmp_path, name):
+    made(name).save(tmp_path / "whole.npz")
+    with np.load(tmp_path / "whole.npz") as file:
+        sizes = {key: file[key].size * bool(file[key].ndim) for key in file.files}
+    changes = {
+        "missing": None,
+        "of words": lambda a: np.full(a.shape, "?"),
+        "with one more axis": lambda a: a[np.newaxis],
+        "cut": lambda a: a[..., :-1],
+    }
+    # of several parts of one kind the first
+    patterns = {re.sub(r"\d+", "#", key): key for key in reversed(sizes)}
+    for key in set(patterns.values()) - {"__filippov__"}:
+        for what, change in changes.items():
+
+            def edit(meta, arrays, key=key, change=change):
+                old = arrays.pop(key)
+                if change is not None:
+                    arrays[key] = change(old)
+
+            if what == "cut" and (sizes[key] == 0 or key.endswith(FREE)):
+                continue
+            edited(tmp_path / "whole.npz", tmp_path / "edited.npz", edit)
+            assert refused(tmp_path / "edited.npz"), f"{key} {what} was loaded"
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_no_field_may_be_missing_or_of_another_kind(made, tmp_path, name):
+    made(name).save(tmp_path / "whole.npz")
+    with np.load(tmp_path / "whole.npz") as file:
+        meta = json.loads(str(file["__filippov__"]))
+    seen = set()
+    for k, fields in enumerate(entries(meta["content"])):
+        for field in fields:
+            if (kind := (tuple(fields), field)) in seen:
+                continue  # of each class once
+            seen.add(kind)
+            for value in (None, [], {"system": 99}, {"mapping": {"?": "?"}}):
+
+                def edit(meta, arrays, k=k, field=field, value=value):
+                    fields = list(entries(meta["content"]))[k]
+                    if value is None:
+                        del fields[field]
+                    else:
+                        fields[field] = value
+
+                edited(tmp_path / "whole.npz", tmp_path / "edited.npz", edit)
+                assert refused(tmp_path / "edited.npz"), f"{field} = {value} was loaded"
+
+
+def set_to(column, value, at=slice(None)):
+    """Change an array, or a column of records."""
+
+    def edit(meta, arrays):
+        name, _, inner = column.partition("/")
+        array = arrays[name]
+        (array[inner] if inner else array)[at] = value
+
+    return edit
+
+
+def turned(column):
+    """Put an array in reverse."""
+
+    def edit(meta, arrays):
+        name, _, inner = column.partition("/")
+        array = arrays[name]
+        if inner:
+            array[inner] = array[inner][::-1].copy()
+        else:
+            arrays[name] = array[::-1]
+
+    return edit
+
+
+def field(path, value):
+    """Change a field of the metadata."""
+
+    def edit(meta, arrays):
+        *outer, last = path.split(".")
+        fields = meta["content"]["fields"]
+        for name in outer:
+            fields = fields[name]["fields"]
+        fields[last] = value
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    ("name", "edit", "reason"),
+    [
+        ("trajectory", turned("t"), "t and events.t go opposite ways"),
+        ("trajectory", set_to("t", np.nan, 3), "t has values that are not finite"),
+        ("trajectory", set_to("t", 99.0, -1), "t is not within events.t"),
+        ("trajectory", set_to("mode", 7, 3), "mode has 7, expected -1 to 1"),
+        ("trajectory", set_to("events/t", 29.0, 1), "events.t is out of order"),
+        ("trajectory", set_to("events/surface", 3, 1), "surface has 3, expected -1 to 0"),
+        ("trajectory", set_to("events/mode_after", 5, 1), "mode_before is not the mode after"),
+        ("trajectory", set_to("events/kind", "leap", 1), "kind has 'leap', expected one of"),
+        ("trajectory", field("settings.method", "euler"), "Settings: method = 'euler'"),
+        ("trajectory", field("settings.rtol", 0), "Settings: rtol = 0"),
+        ("trajectory", field("stats.steps", -1), "expected counts"),
+        ("trajectory", field("params", {"params": {}}), "params are none, expected A, omega"),
+        ("trajectory", field("status", {"tuple": []}), "status is (), expected Status"),
+        ("trajectory of one's own system", field("t_events", None), "surface has 0, expected 0"),
+        ("ensemble", set_to("status", "so", 0), "status has 'so', expected one of"),
+        ("orbit", set_to("events/surface", 1, 0), "surface has 1, expected 0 to 0"),
+        ("orbit", field("word", "0-"), "word is '0-', which is not that of its events"),
+        ("orbit", field("turns", 2), "period is"),
+        ("branch", set_to("events/point", 10_000, -1), "point has 10000, expected 0 to"),
+        ("branch", set_to("turns", 0, 0), "period or turns is not > 0"),
+        ("event map", set_to("boundary", 0, 0), "boundary has 0, expected -1 or +1"),
+        ("diagram", set_to("value", 9, 0), "value has 9, expected 0 to 1"),
+        ("diagram", set_to("surface", 4, 0), "surface has 4, expected -1 to 0"),
+        ("cell map", set_to("group", 99, 0), "group has 99, expected -2 to"),
+        ("basins", set_to("label", 99, 0), "label has 99, expected -1 to"),
+        ("refined basins", set_to("squares", 30, 0), "level has 30, expected 0 to 2"),
+        ("boundary of basins", set_to("curves.0.kind", "coast", 0), "kind has 'coast'"),
+        ("basins over a parameter", set_to("labels.0", 99, 0), "labels are [99"),
+        ("time steps", set_to("t", -1.0, -1), "t is out of order"),
+        ("boundary of the region", set_to("t", np.nan, 3), "t has values that are not finite"),
+    ],
+)
+def test_the_reason_is_told_why_a_file_is_refused(made, tmp_path, name, edit, reason):
+    made(name).save(tmp_path / "whole.npz")
+    edited(tmp_path / "whole.npz", tmp_path / "edited.npz", edit)
+    with pytest.raises(ValueError, match=re.escape(reason)) as caught:
+        fp.load(tmp_path / "edited.npz")
+    assert "makes no sense" in str(caught.value)
+
+
+def test_a_file_with_objects_in_it_runs_nothing(tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return pytest.fail, ("it was executed",)
+
+    content = {"class": "Trajectory", "fields": {"t": {"array": "t"}}}
+    meta = {"format": "filippov", "version": 2, "systems": [], "content": content}
+    with (tmp_path / "trap.npz").open("wb") as file:
+        trap = np.array([Trap()], dtype=object)
+        np.savez(file, __filippov__=np.array(json.dumps(meta)), t=trap)
+    with pytest.raises(ValueError, match="path = "):
+        fp.load(tmp_path / "trap.npz")
 
 
 def test_a_chunk_that_is_missing_is_seen(made, tmp_path):
