@@ -384,7 +384,8 @@ def _one_swept(
         refuse("params", params, f"expected values of other parameters than {name}, which is swept")
     size = np.size(given)
     if np.ndim(given) != 1 or size == 0:
-        refuse(name, given, f"expected an array of shape (n_values,), got shape {np.shape(given)}")
+        expected = "expected at least one value, in an array of shape (n_values,)"
+        refuse(name, given, f"{expected}, got shape {np.shape(given)}")
     return name, vector(name, given, size)
 
 

@@ -257,7 +257,7 @@ def ensemble(
         The system.
     x0 : array, shape (dim, ...)
         Starts: the first axis is that of the state, the others broadcast with `t_span` and
-        `params`.
+        `params`. Of no starts, shape (dim, 0), comes an ensemble without members.
     t_span : (t0, t_end)
         Numbers or arrays.
     params : mapping, optional

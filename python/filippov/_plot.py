@@ -231,12 +231,13 @@ def plot_ensemble(
     y = ensemble.state[min(1, len(ensemble.state) - 1)] if y is None else word("y", y, columns)
     columns[starts] = ensemble.y0[0]
     across, along = (np.broadcast_to(columns[name], shape).ravel() for name in (x, y))
-    modes = ensemble.mode if ensemble.mode.ndim == len(shape) else ensemble.mode[0]
+    modes = ensemble.mode if ensemble.mode.ndim == len(shape) else ensemble.mode[:1]
+    sides = SIDES if modes.size or not ensemble.t.size else {None: ("#1f5fa8", None)}
     ok = (ensemble.status == "ok").ravel()
     ax = _axes(ax)
     artists: list[Artist] = []
-    for side, (colour, label) in SIDES.items():
-        mine = ok & (modes.ravel() == side)
+    for side, (colour, label) in sides.items():
+        mine = ok & (modes.ravel() == side) if side is not None else ok
         if mine.any():
             style = POINT | {"color": colour, "label": label, "markersize": 4} | artist_kw
             artists += ax.plot(across[mine], along[mine], **style)

@@ -82,9 +82,9 @@ class Store:
                 self.group.create_array(
                     name,
                     shape=values.shape,
-                    chunks=(min(self.tiling.rows, values.shape[0]), *values.shape[1:]),
+                    chunks=(max(1, min(self.tiling.rows, len(values))), *values.shape[1:]),
                     dtype=values.dtype,
-                    fill_value=values.flat[0],
+                    fill_value=values.flat[0] if values.size else 0,
                     dimension_names=stage.dims.get(name),
                 )
         if self._done(stage) not in self.group:
@@ -153,7 +153,7 @@ def open_store(
     client = _client() is not None
     whole = path is None and not client and tile is None
     rows = length if whole else max(1, (tile or ENTRIES) // max(entries_in_a_row, 1))
-    tiling = Tiling(length, min(rows, max(length, 1)))
+    tiling = Tiling(length, max(1, min(rows, length)))  # of nothing there are no tiles
     if path is None:
         return None, tiling
     import zarr

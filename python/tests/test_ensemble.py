@@ -158,3 +158,43 @@ def test_an_unknown_instruction_set_is_refused():
     )
     assert run.returncode != 0
     assert "FILIPPOV_SIMD = 'sse9': expected one of baseline" in run.stderr
+
+
+@pytest.mark.parametrize("tile", [None, 3])
+@pytest.mark.parametrize(
+    ("given", "shape"),
+    [
+        ({"x0": np.zeros((2, 0))}, (0,)),
+        ({"x0": np.zeros((2, 0, 3))}, (0, 3)),
+        ({"params": {"A": np.zeros(0)}}, (0,)),
+        ({"t_span": (0.0, np.zeros(0))}, (0,)),
+    ],
+)
+def test_no_starts_make_an_empty_ensemble(tmp_path, given, shape, tile):
+    arguments = {"x0": [0.0, 0.0], "t_span": (0.0, 1.0)} | given
+    ends = fp.ensemble(OSCILLATOR, **arguments, tile=tile)
+    assert ends.shape == ends.t.shape == ends.mode.shape == shape
+    assert ends.y.shape == ends.y0.shape == (2, *shape)
+    assert "0 members" in repr(ends)
+    ends.save(tmp_path / "ends.npz")
+    assert fp.load(tmp_path / "ends.npz").shape == shape
+
+
+def test_no_starts_are_kept_in_a_store(tmp_path):
+    pytest.importorskip("zarr")
+    for _ in range(2):  # made, then taken from there
+        ends = fp.ensemble(OSCILLATOR, np.zeros((2, 0)), (0.0, 1.0), store=tmp_path / "run.zarr")
+        assert ends.y.shape == (2, 0)
+    assert fp.ensemble(fp.models.two_blocks, np.zeros((4, 0)), (0.0, 1.0)).mode.shape == (4, 0)
+
+
+def test_ends_of_a_system_without_surfaces_are_drawn():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    smooth = fp.smoothed(OSCILLATOR, c1=10.0)
+    (points,) = fp.ensemble(smooth, np.zeros((2, 3)), (0.0, 0.1)).plot()
+    assert points.get_xdata().size == 3
+    assert fp.ensemble(smooth, np.zeros((2, 0)), (0.0, 0.1)).plot() == []
+    plt.close("all")

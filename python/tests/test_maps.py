@@ -220,3 +220,11 @@ def test_wrong_sections_are_named(arguments, words):
 def test_no_forcing_no_strobe():
     with pytest.raises(ValueError, match="'dieci_lopez': expected a forced System"):
         fp.strobe_map(CYCLE, [0, 0])
+
+
+def test_no_starts_have_no_images():
+    for call in (fp.strobe_map, fp.section_map):
+        none = call(fp.models.oscillator, np.zeros((2, 0)), wrt="A")
+        assert none.x.shape == (2, 0)
+        assert none.param_slope["A"].shape == (3, 0)
+        assert "0 starts" in repr(none)
