@@ -128,7 +128,11 @@ def uncertainty_exponent(
     basins: Basins, epsilons: Sequence[float], pairs: int, seed: int, progress: Progress
 ) -> UncertaintyExponent:
     """Label pairs of random points and fit."""
-    if len(epsilons) < 2:
+    try:
+        size = len(epsilons)
+    except TypeError:
+        refuse("epsilons", epsilons, "expected two distances or more", TypeError)
+    if size < 2:
         refuse("epsilons", epsilons, "expected two distances or more")
     distances = [
         number(f"epsilons[{k}]", e, "expected 0 < epsilon < 1", above=0.0, below=1.0)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._basins import Attractor, Basins, Saddle, basins, verify_cycles
 from ._cells import GridArgument
-from ._check import floats, number, refuse
+from ._check import floats, mapping, number, path_of, refuse, word
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
 from ._sound import complete, require, shaped
@@ -151,14 +151,16 @@ def follow_basins(
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
-    if parameter not in sys.params:
-        refuse("parameter", parameter, f"expected one of {', '.join(sys.params)}")
-    if params is not None and parameter in params:
-        refuse("params", dict(params), f"expected others than {parameter!r}, which varies")
+    names = tuple(sys.params)
+    parameter = word("parameter", parameter, names, f"expected one of {', '.join(names)}")
+    if parameter in mapping("params", params, "expected a mapping of names to values"):
+        refuse("params", params, f"expected others than {parameter!r}, which varies")
     wanted = floats("values", values, "expected numbers")
     if wanted.ndim != 1 or wanted.size == 0 or not np.isfinite(wanted).all():
         refuse("values", values, "expected finite numbers, at least one")
     threshold = number("threshold", threshold, "expected a number > 0", above=0.0)
+    if store is not None:
+        path_of("store", store)
     settings = {"times": False} | settings
     for name in ("store", "progress", "params"):
         if name in settings:

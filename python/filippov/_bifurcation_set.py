@@ -12,7 +12,7 @@ import numpy as np
 from . import _core
 from ._bounds import pair
 from ._branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
-from ._check import integer, number, refuse, vector
+from ._check import LONGEST, integer, number, refuse, vector
 from ._dataset import dataset
 from ._geometry import one_surface
 from ._orbit import precision
@@ -191,11 +191,15 @@ def bifurcation_set(
             integer("lines", lines),
             integer("starts", starts),
             integer("max_turns", max_turns),
-            number("transient", transient, "expected a number >= 0", least=0.0),
+            number(
+                "transient", transient, "expected 0 <= transient < 2**52", least=0.0, below=LONGEST
+            ),
             number("window", window, "expected a number > 0", above=0.0),
             integer("max_curves", max_curves),
-            number("first_step", first_step, "expected a number > 0", above=0.0),
-            number("max_step", max_step, "expected a number > 0", above=0.0),
+            number(
+                "first_step", first_step, "expected 0 < first_step < 1000", above=0.0, below=1e3
+            ),
+            number("max_step", max_step, "expected 0 < max_step < 1000", above=0.0, below=1e3),
             integer("max_points", max_points),
             show,
             *tolerances,

@@ -278,6 +278,7 @@ def basin_boundary(
     -----
     Trajectories run at a relative tolerance of 1e-12. Chapter, section 4.7 and figure 4.16.
     """
+    _require_basins(basins)
     width = number("width", width, "expected 1e-15 <= width < 1", least=1e-15, below=1.0)
     expected = "expected width < distance < 1"
     distance = number("distance", distance, expected, above=width, below=1.0)
@@ -365,6 +366,7 @@ def unstable_set(
     -----
     Hobson, J. Comput. Phys. 104 (1993) 14-22.
     """
+    _require_basins(basins)
     index = integer("saddle", saddle, 0)
     if index >= len(basins.saddles):
         refuse("saddle", saddle, f"expected an index of {len(basins.saddles)} saddles")
@@ -399,6 +401,11 @@ def unstable_set(
     )
     ended(found["raised"], unstable=result)
     return result
+
+
+def _require_basins(basins: object) -> None:
+    if not isinstance(basins, Basins):
+        refuse("basins", basins, "expected Basins, as filippov.basins gives", TypeError)
 
 
 def _picture(basins: Basins) -> tuple[Any, list[Any]]:

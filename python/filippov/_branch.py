@@ -362,8 +362,8 @@ def continuation(
     (`h < 0` is side -1), with full Lie derivatives. Two parameters: sections 4.7 and 4.8.
     """
     kinds = _kinds(detect)
-    longest = number("max_step", max_step, "expected a number > 0", above=0.0)
-    first = number("first_step", first_step, "expected a number > 0", above=0.0)
+    longest = number("max_step", max_step, "expected 0 < max_step < 1000", above=0.0, below=1e3)
+    first = number("first_step", first_step, "expected 0 < first_step < 1000", above=0.0, below=1e3)
     most = integer("max_points", max_points)
     if isinstance(start, SpecialPoint):
         orbit = start.orbit

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._bounds import interval
-from ._check import integer, number, refuse
+from ._check import integer, mapping, number, refuse
 from ._dataset import dataset
 from ._ensemble import (
     COUNTS,
@@ -163,7 +163,7 @@ def picture_of(
         shape.append(integer(f"grid[{name!r}][2]", span[2]))
     others = [name for name in sys.state if name not in names]
     state = np.zeros(sys.dim)
-    for name, value in (rest or {}).items():
+    for name, value in mapping("rest", rest, "expected a mapping of names to values").items():
         if name not in others:
             refuse("rest", rest, f"expected values of {', '.join(others) or 'no component'}")
         state[sys.state.index(name)] = number(f"rest[{name!r}]", value)

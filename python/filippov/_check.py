@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 import numbers
+import os
 from collections.abc import Collection, Mapping
-from typing import NoReturn
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +21,11 @@ __all__ = [
     "flag",
     "floats",
     "integer",
+    "mapping",
+    "name_of",
     "number",
     "one_of",
+    "path_of",
     "refuse",
     "span",
     "time_span",
@@ -28,6 +33,9 @@ __all__ = [
     "word",
     "words",
 ]
+
+
+LONGEST = 2.0**52  #: periods that can be told apart
 
 
 def refuse(
@@ -60,7 +68,7 @@ def number(
     """Real number strictly between two bounds, and not below `least`."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if not isinstance(value, numbers.Real):
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
         refuse(name, value, expected, TypeError)
     try:
         result = float(value)
@@ -88,11 +96,38 @@ def integer(name: str, value: object, least: int = 1) -> int:
 
 
 def flag(name: str, value: object) -> bool:
-    """Truth of what Python takes for true or false."""
-    try:
+    """Take True or False, of Python or of numpy, or 1 or 0; the text "no" would be true."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, (bool, np.bool_, int, np.integer)) and value in (0, 1):
         return bool(value)
-    except (TypeError, ValueError):
-        refuse(name, value, "expected True or False", TypeError)
+    refuse(name, value, "expected True or False", TypeError)
+
+
+def mapping(name: str, value: object, expected: str) -> Mapping[str, Any]:
+    """Names to values; None is none of them."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        refuse(name, value, expected, TypeError)
+    return value
+
+
+def name_of(name: str, value: object) -> str:
+    """Text that something is called."""
+    if not isinstance(value, str):
+        refuse(name, value, "expected a text", TypeError)
+    return value
+
+
+def path_of(name: str, value: object) -> Path:
+    """Path of a file or a directory."""
+    if not isinstance(value, (str, os.PathLike)) or value == "":
+        refuse(name, value, "expected a path", TypeError)
+    try:
+        return Path(value)
+    except TypeError:  # one of bytes
+        refuse(name, value, "expected a path", TypeError)
 
 
 def among(value: object, accepted: Collection[int]) -> bool:
@@ -182,6 +217,8 @@ def span(name: str, value: float, forced: bool, least: float) -> float:
     what = "whole periods" if forced else "a time"
     expected = f"expected a finite number {'>=' if least == 0 else '>'} 0: {what}"
     result = number(name, value, expected)
+    if forced and result >= LONGEST:
+        refuse(name, value, f"{expected}, fewer than 2**52")
     if not result >= least or (forced and not result.is_integer()):
         refuse(name, value, expected)
     return result

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._check import refuse
+from ._check import name_of, refuse
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
@@ -155,7 +155,9 @@ def names_of(what: str, names: str | Sequence[str]) -> tuple[str, ...]:
     except TypeError:
         refuse(what, names, "expected names, as in 'y v'", TypeError)
     for name in found:
-        if not str(name).isidentifier() or keyword.iskeyword(name):
+        if not isinstance(name, str):
+            refuse(what, names, f"{name!r} is no name", TypeError)
+        if not name.isidentifier() or keyword.iskeyword(name):
             refuse(what, names, f"{name!r} is no name")
         if name.startswith("_") or name == "t" or (what == "params" and hasattr(Mapping, name)):
             refuse(what, names, f"the name {name!r} has another meaning")
@@ -270,6 +272,7 @@ def define(
     jumps: Mapping[str, tuple[Formula, Function]] | None = None,
 ) -> tuple[_core.Model, Definition]:
     """Record functions and compile them; see `filippov.system` and `filippov.System`."""
+    name_of("name", name)
     components = names_of("state", state)
     if not 1 <= len(components) <= _core.most_tape_dims:
         refuse("state", state, f"expected 1 to {_core.most_tape_dims} names")
@@ -307,7 +310,7 @@ def define(
     if period is not None:
         if isinstance(period, (int, float)) and not 0 < period < math.inf:
             refuse("period", period, "expected > 0")
-        of_p = (lambda t, s, p: period(p)) if callable(period) else period
+        of_p = _of_params(period) if callable(period) else period
         repeats = recorder.formula(of_p, "period")
         if recorder.graph.varies(repeats):
             raise DefinitionError("the period depends on time or state")
@@ -315,6 +318,17 @@ def define(
         name, components, defaults, recorder.graph, nodes, named, after, repeats
     )
     return definition.made()
+
+
+def _of_params(period: Callable[[Any], Any]) -> Function:
+    """Give the function of the parameters alone as one of all arguments."""
+    try:
+        inspect.signature(period).bind(None)
+    except TypeError:
+        refuse("period", period, "expected a function of p, a number or a text", TypeError)
+    except ValueError:  # a builtin does not tell
+        pass
+    return lambda t, s, p: period(p)
 
 
 def _mapping(what: str, value: Mapping[str, Any] | None) -> Mapping[str, Any]:

@@ -286,6 +286,7 @@ def bifurcation_diagram(
     forced = sys._forced(Params(dict(fixed) | {parameter: swept_default}))
     if "jump" in sections and "jump" not in sys.kinds:
         refuse("section", section, f"expected kinds of event: {sys.name} has no jumps")
+    direction = one_of("direction", direction, (-1, 0, 1), "expected -1, 0 or +1")
     if direction != 0 and sections == ("strobe",):
         refuse("direction", direction, "expected 0 with a strobe, which has no surface")
     slides = {"exit_sliding", "enter_sliding", "slide_extremum"} & set(sections)
@@ -327,7 +328,7 @@ def bifurcation_diagram(
             policy,
             [] if sections == ("strobe",) else [KIND_NAMES.index(kind) for kind in sections],
             -1 if surface is None else sys._surface(surface),
-            one_of("direction", direction, (-1, 0, 1), "expected -1, 0 or +1"),
+            direction,
             transient,
             keep,
             follow,
@@ -382,11 +383,14 @@ def _one_swept(
     ((name, given),) = swept.items()
     if isinstance(params, Mapping) and name in params:
         refuse("params", params, f"expected values of other parameters than {name}, which is swept")
-    size = np.size(given)
-    if np.ndim(given) != 1 or size == 0:
-        expected = "expected at least one value, in an array of shape (n_values,)"
-        refuse(name, given, f"{expected}, got shape {np.shape(given)}")
-    return name, vector(name, given, size)
+    expected = "expected an array of shape (n_values,), of at least one value"
+    try:
+        shape = np.shape(given)
+    except ValueError:  # rows of unequal lengths
+        refuse(name, given, expected)
+    if len(shape) != 1 or shape[0] == 0:
+        refuse(name, given, f"{expected}, got shape {shape}")
+    return name, vector(name, given, shape[0])
 
 
 def _sections(section: str | Sequence[str]) -> tuple[str, ...]:

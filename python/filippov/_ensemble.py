@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import choice, floats, integer, number, refuse
+from ._check import choice, floats, integer, mapping, number, refuse
 from ._dataset import dataset
 from ._event import modes_of
 from ._lanes import lanes_in_a_register, lanes_of, level_of, require_level
@@ -448,7 +448,9 @@ class _Members:
             refuse("t_span", t_span, finite)
         given = {
             name: floats(f"params[{name!r}]", value, "expected a number or an array")
-            for name, value in (params or {}).items()
+            for name, value in mapping(
+                "params", params, "expected a mapping of names to numbers or arrays"
+            ).items()
         }
         numbers = sys._merged({name: float(v) for name, v in given.items() if v.ndim == 0})
         for name in given:
@@ -462,7 +464,8 @@ class _Members:
                 self.x0.shape[1:], self.t0.shape, self.t_end.shape, *(a.shape for a in arrays)
             )
         except ValueError as error:
-            raise ValueError(f"x0, t_span, params: {error}") from None
+            expected = "expected shapes that broadcast with each other"
+            raise ValueError(f"x0, t_span, params: {error} ({expected})") from None
         self.size = math.prod(self.shape)
 
     def rows(self) -> tuple[Arrays, Arrays]:

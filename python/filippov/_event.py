@@ -130,10 +130,13 @@ def watch_all(events: EventFunction | Iterable[EventFunction] | None) -> list[Wa
         return []
     if callable(events):
         return [_watch("events", events)]
+    expected = "expected a function g(t, y) or a list of them"
+    if isinstance(events, (str, bytes, Mapping)):
+        refuse("events", events, expected, TypeError)
     try:
         each = list(events)
     except TypeError:
-        refuse("events", events, "expected a function g(t, y) or a list of them", TypeError)
+        refuse("events", events, expected, TypeError)
     most = _core.max_event_functions
     if len(each) > most:
         refuse("len(events)", len(each), f"expected at most {most} event functions")

@@ -152,7 +152,7 @@ class EventMap(Stored):
             Phases in [0, 2 pi); NaN where the map is not defined.
         """
         phases = _floats("phase", phase)
-        sides = np.asarray(boundary)
+        sides = floats("boundary", boundary, "expected -1 or +1")
         if not np.isin(sides, (-1, 1)).all():
             refuse("boundary", boundary, "expected -1 or +1")
         at, on = np.broadcast_arrays(phases, sides)

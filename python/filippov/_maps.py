@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import integer, number, one_of, refuse, word, words
+from ._check import LONGEST, integer, number, one_of, refuse, word, words
 from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import ended
@@ -240,7 +241,9 @@ def section_of(
         expected = "expected a mode, -1, 0 or +1, or None for all"
         target = one_of("after", after, (-1, 0, 1), expected)
     if max_time is not None:
-        longest = number("max_time", max_time, "expected a finite number > 0", above=0.0)
+        most = math.inf if period is None or not period > 0 else LONGEST * period
+        expected = "expected a finite number > 0, of fewer than 2**52 periods"
+        longest = number("max_time", max_time, expected, above=0.0, below=most)
     else:
         longest = 50 * period if period is not None and period > 0 else 1000.0
     return (kind, target), longest

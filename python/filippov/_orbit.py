@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import flag, integer, number, one_of, refuse, span, vector
+from ._check import LONGEST, flag, integer, number, one_of, refuse, span, vector
 from ._cycle import Cycle, node_events, verify_columns, verify_nodes, without_point
 from ._dataset import dataset, event_variables
 from ._event import EventKind
@@ -127,7 +127,8 @@ class Orbit(Stored):
             For `simulate`; by default "dop853" with the tolerances of the orbit.
         """
         self._cycle()  # says so if there is no orbit
-        cycles = number("periods", periods, "expected a finite number > 0", above=0.0)
+        expected = "expected a number > 0 and below 2**52"
+        cycles = number("periods", periods, expected, above=0.0, below=LONGEST)
         tight: dict[str, Any] = {"method": "dop853", "rtol": self.rtol, "atol": self.atol}
         end = self.t0 + cycles * self.period
         run: Trajectory = simulate(

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
@@ -73,13 +74,29 @@ def full_names(plot: Plot) -> Plot:
         from matplotlib.cbook import normalize_kwargs
         from matplotlib.lines import Line2D
 
-        return plot(*args[:-1], normalize_kwargs(args[-1], Line2D))
+        with artist_keywords():
+            return plot(*args[:-1], normalize_kwargs(args[-1], Line2D))
 
     return cast("Plot", named)
 
 
+@contextlib.contextmanager
+def artist_keywords() -> Iterator[None]:
+    """Refuse what is no keyword as any function does; matplotlib has an AttributeError for it."""
+    try:
+        yield
+    except AttributeError as error:
+        if "unexpected keyword argument" not in str(error):
+            raise
+        raise TypeError(
+            f"{error}; expected arguments of plot, or keywords of its artists"
+        ) from None
+
+
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
+        if not hasattr(ax, "imshow"):
+            refuse("ax", ax, "expected Axes of matplotlib, or None", TypeError)
         return ax
     import matplotlib.pyplot as plt
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._check import word
-from ._plot import _axes
+from ._plot import _axes, artist_keywords
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -53,7 +53,8 @@ def _colours(labels: int) -> tuple[ListedColormap, BoundaryNorm]:
 def _image(grid: Grid, values: Any, ax: Axes, artist_kw: dict[str, Any]) -> Any:  # noqa: ANN401
     """Draw an array over the grid, the first axis to the right."""
     given = {"origin": "lower", "aspect": "auto", "interpolation": "nearest"} | artist_kw
-    image = ax.imshow(values.T, extent=grid.extent, **given)
+    with artist_keywords():
+        image = ax.imshow(values.T, extent=grid.extent, **given)
     ax.set(xlabel=grid.names[0], ylabel=grid.names[1])
     return image
 
@@ -133,9 +134,9 @@ def plot_sweep(sweep: BasinSweep, ax: Axes | None, artist_kw: dict[str, Any]) ->
                 "linewidth": 0.5,
                 "label": name,
             }
-            artists.append(
-                ax.fill_between(sweep.values, below, below + share, **(given | artist_kw))
-            )
+            with artist_keywords():
+                area = ax.fill_between(sweep.values, below, below + share, **(given | artist_kw))
+            artists.append(area)
         below = below + share
     ax.set(xlabel=sweep.parameter, ylabel="share of the picture", ylim=(0, 1))
     return artists

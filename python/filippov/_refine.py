@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._cells import Grid, Integers
-from ._check import integer, number
+from ._check import integer, number, word
 from ._dataset import dataset
 from ._progress import ended
 from ._sound import codes, complete, require, shaped
@@ -99,6 +99,9 @@ class RefinedBasins(Stored):
             Of the square that holds each cell's centre; the first axis is the grid's first.
         """
         n = self.shape[0]
+        what = word("what", what, ("label", "time"))
+        if cells is not None:
+            cells = integer("cells", cells)
         values = self.time if what == "time" else self.label
         picture = np.zeros((n, n), dtype=np.int32)
         for level in range(self.levels + 1):
@@ -111,7 +114,7 @@ class RefinedBasins(Stored):
             picture[rows, columns] = values[here][:, None, None]
         if cells is None or cells == n:
             return picture
-        at = (2 * np.arange(integer("cells", cells)) + 1) * n // (2 * cells)
+        at = (2 * np.arange(cells) + 1) * n // (2 * cells)
         return picture[np.ix_(at, at)]
 
     def to_xarray(self) -> xr.Dataset:

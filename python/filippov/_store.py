@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import _core
-from ._check import number, refuse
+from ._check import number, path_of, refuse
 from ._solution import Solution
 from ._sound import Unsound, complete, known, require, typed
 from ._status import Status
@@ -65,6 +65,7 @@ class Stored:
         FileExistsError
             For a directory that is no result of filippov.
         """
+        target = path_of("path", path)
         pack = _Pack()
         content = pack.packed(self, "")
         meta = {
@@ -74,7 +75,6 @@ class Stored:
             "systems": pack.systems,
             "content": content,
         }
-        target = Path(path)
         _require_replaceable(target)
         # beside it, so that it is there at once or not at all
         with tempfile.TemporaryDirectory(prefix=".filippov-", dir=target.parent) as folder:
@@ -211,8 +211,9 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
         For a file that cannot be read.
     """
     foreign = "expected a file written by the method save of a result of filippov"
+    file = path_of("path", path)
     try:
-        meta, arrays = (_read_zarr if Path(path).is_dir() else _read_npz)(Path(path))
+        meta, arrays = (_read_zarr if file.is_dir() else _read_npz)(file)
     except (OSError, ImportError, MemoryError):
         raise
     except Exception:  # a damaged file fails in as many ways as there are libraries

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import among, floats, number, one_of, refuse
+from ._check import among, floats, mapping, name_of, number, one_of, refuse
 from ._define import Definition, Formula, Function, check, check_period, define
 from ._foreign import Surroundings, warn_slow
 from ._formula import cpp_struct, latex, latex_name, write
@@ -558,7 +558,8 @@ class System:
         """
         definition = self._formulas()
         definition.require_formulas("be written in C++")
-        return cpp_struct(definition, name or self.name, dict(self._params), self.kinds)
+        called = self.name if name is None else name_of("name", name)
+        return cpp_struct(definition, called, dict(self._params), self.kinds)
 
     def _identity(self) -> dict[str, Any]:
         """Tell which equations it has, as JSON can hold it; parameter values are apart."""
@@ -649,8 +650,7 @@ class System:
         """Own parameter values with some of them replaced."""
         if params is None:
             return self._params
-        if not isinstance(params, Mapping):
-            refuse("params", params, "expected a mapping of names to values", TypeError)
+        mapping("params", params, "expected a mapping of names to values")
         merged = dict(self._params)
         for name, value in params.items():
             if name not in merged:
@@ -822,7 +822,8 @@ def system(
     def decorate(function: Function) -> System:
         if not callable(function):
             refuse("function", function, "expected a function f(t, s, p)", TypeError)
-        called = name or str(getattr(function, "__name__", "system"))
+        given = None if name is None else name_of("name", name)
+        called = given or str(getattr(function, "__name__", "system"))
         model, definition = define(
             called, state, params, function, surfaces=surfaces, period=period, jumps=jumps
         )

@@ -12,14 +12,13 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._check import refuse
+from ._check import path_of, refuse
 
 __all__ = ["Stage", "Store", "Tiling", "open_store", "run_stage"]
 
@@ -156,6 +155,7 @@ def open_store(
     tiling = Tiling(length, max(1, min(rows, length)))  # of nothing there are no tiles
     if path is None:
         return None, tiling
+    target = path_of("store", path)
     import zarr
 
     manifest = json.loads(
@@ -165,7 +165,6 @@ def open_store(
             | {"rows_of_a_tile": tiling.rows}
         )
     )
-    target = Path(path)
     shown = os.fspath(path)
     if not target.exists() or (target.is_dir() and not any(target.iterdir())):
         group = zarr.open_group(target, mode="w", attributes={"filippov_manifest": manifest})

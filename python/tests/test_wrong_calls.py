@@ -133,6 +133,89 @@ TABLE = {
     "a NaN time of the run": (lambda m: m["run"].sol(NAN), "t"),
     "a file that is not there": (lambda m: fp.load("nowhere.npz"), "nowhere"),
     "formulas of a compiled model": (lambda m: fp.models.stiction.to_cpp(), "stiction"),
+    # kinds of arguments
+    "parameters in a list": (
+        lambda m: fp.ensemble(BLOCK, STARTS, (0, 1), params=[5]),
+        "params = [5]",
+    ),
+    "parameters in a text": (
+        lambda m: fp.ensemble(BLOCK, STARTS, (0, 1), params=""),
+        "params = ''",
+    ),
+    "a store of a number": (lambda m: fp.ensemble(BLOCK, STARTS, (0, 1), store=3), "store = 3"),
+    "a rest in a list": (
+        lambda m: fp.basins(BLOCK, BOX, rest=[1]),
+        "rest = [1]: expected a mapping",
+    ),
+    "a rest of zero": (lambda m: fp.cell_map(BLOCK, BOX, rest=0), "rest = 0: expected a mapping"),
+    "a sweep over a list": (
+        lambda m: fp.follow_basins(BLOCK, BOX, ["A"], [1]),
+        "parameter = ['A']",
+    ),
+    "a sweep with a number": (
+        lambda m: fp.follow_basins(BLOCK, BOX, "A", [1], params=3),
+        "params = 3: expected a mapping",
+    ),
+    "a boundary of nothing": (lambda m: fp.basin_boundary(None), "basins = None: expected Basins"),
+    "an unstable set of a map": (lambda m: fp.unstable_set(m["map"]), "basins = <EventMap"),
+    "one distance": (lambda m: m["basins"].uncertainty_exponent(0.1), "epsilons = 0.1: expected"),
+    "a boundary in rows": (lambda m: m["map"](0.5, [[1], [1, 1]]), "boundary = [[1], [1, 1]]: exp"),
+    "directions": (
+        lambda m: fp.bifurcation_diagram(BLOCK, A=[1], direction=np.zeros(2)),
+        "direction = [0., 0.]: expected",
+    ),
+    "values in rows": (lambda m: fp.bifurcation_diagram(BLOCK, A=[[1], [1, 2]]), "A = [[1], [1, 2"),
+    "a follow in words": (
+        lambda m: fp.bifurcation_diagram(BLOCK, A=[1], follow="no"),
+        "follow = 'no': expected True or False",
+    ),
+    "dense output of a NaN": (
+        lambda m: fp.simulate(BLOCK, [0, 0], (0, 1), dense_output=NAN),
+        "dense_output = nan: expected True or False",
+    ),
+    "a truth for a number": (
+        lambda m: fp.simulate(BLOCK, [0, 0], (0, 1), max_step=True),
+        "max_step = True: expected a number",
+    ),
+    "events in a text": (lambda m: fp.simulate(BLOCK, [0, 0], (0, 1), events=""), "events = ''"),
+    "a transient without end": (
+        lambda m: fp.periodic_orbit(BLOCK, transient=10**30),
+        "transient = 1000000000000000000000000000000: expected",
+    ),
+    "a wait without end": (
+        lambda m: fp.section_map(BLOCK, [0, 0], max_time=1e30),
+        "max_time = 1e+30: expected",
+    ),
+    "cycles without end": (lambda m: m["orbit"].trajectory(1e30), "periods = 1e+30: expected"),
+    "a step out of the world": (
+        lambda m: fp.continuation(m["orbit"], "omega", (2, 3), first_step=1e30),
+        "first_step = 1e+30: expected",
+    ),
+    "a struct of a number": (lambda m: BLOCK.to_cpp(3), "name = 3: expected a text"),
+    "a system called 3": (
+        lambda m: fp.System("x", fields={"-": str, "+": str}, switch="x", name=3),
+        "name = 3: expected a text",
+    ),
+    "components of numbers": (
+        lambda m: fp.System([NAN], fields={"-": str, "+": str}, switch="x"),
+        "state = [nan]: nan is no name",
+    ),
+    "a period of two": (
+        lambda m: fp.system("x", period=lambda t, s: 1.0)(lambda t, s, p: (np.sign(s.x),)),
+        "period = <function",
+    ),
+    "a path of bytes": (lambda m: fp.load(b"run.npz"), "path = b'run.npz': expected a path"),
+    "a path of a number": (lambda m: m["run"].save(5), "path = 5: expected a path"),
+    "axes in words": (lambda m: m["run"].plot("left"), "ax = 'left': expected Axes"),
+    "axes of a picture in words": (
+        lambda m: m["basins"].plot("left"),
+        "ax = 'left': expected Axes",
+    ),
+    "a misspelt keyword of lines": (lambda m: m["run"].plot(colour="r"), "'colour'; expected"),
+    "a misspelt keyword of images": (
+        lambda m: m["basins"].plot(colours="r"),
+        "'colours'; expected",
+    ),
 }
 
 
