@@ -204,7 +204,7 @@ class Orbit(Stored):
     def __repr__(self) -> str:
         if not self.success:
             return f"<Orbit of {self.system.name}: {self.status}: {self.message}>"
-        what = "stable" if self.stable else "unstable"
+        what = "stable" if self.stable else "neutral" if self._neutral() else "unstable"
         sizes = ", ".join(f"{abs(m):.4g}" for m in self.multipliers)
         word = f"word {self.word}, " if self.word else ""  # none where nothing switches
         turns = f" ({self.turns} of the forcing)" if self.turns > 1 else ""
@@ -212,6 +212,13 @@ class Orbit(Stored):
             f"<Orbit of {self.system.name}: {word}period {self.period:.9g}{turns}, "
             f"{what}, |multipliers| {sizes}>"
         )
+
+    def _neutral(self) -> bool:
+        """Tell whether the largest multiplier is on the unit circle, as far as the run can tell."""
+        sizes = np.sort(np.abs(self.multipliers))
+        if self.system.period(self.params) is None and sizes.size:
+            sizes = np.delete(sizes, np.argmin(np.abs(sizes - 1)))  # the one along the orbit
+        return sizes.size > 0 and bool(abs(sizes[-1] - 1) <= 1e3 * self.rtol)
 
     def _cycle(self) -> Cycle:
         """Give the word and the nodes, as the core takes them."""

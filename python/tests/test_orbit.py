@@ -380,3 +380,26 @@ def test_an_orbit_is_drawn_with_all_surfaces_that_there_are():
         drawn = [line for line in lines if np.ptp(line.get_ydata()) < 1e-12]
         assert len(drawn) == surfaces
         plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("sys", "multipliers", "stable", "word"),
+    [
+        (BLOCK, [1.0, 0.0], False, "neutral"),
+        (BLOCK, [-1.0 - 1e-12, 0.0], False, "neutral"),
+        (BLOCK, [1.0 + 1e-6, 0.0], False, "unstable"),
+        (BLOCK, [0.5, 0.0], True, "stable"),
+        # without a forcing one multiplier is 1 along the orbit
+        (fp.models.unit_circle, [1.0, 1.0], False, "neutral"),
+        (fp.models.unit_circle, [1.0, 0.5], True, "stable"),
+        (fp.models.unit_circle, [2.0, 1.0], False, "unstable"),
+    ],
+)
+def test_a_multiplier_on_the_unit_circle_is_neutral(sys, multipliers, stable, word):
+    orbit = fp.Orbit(
+        word="-", period=1.0, turns=1, stable=stable, multipliers=np.array(multipliers, complex),
+        monodromy=np.eye(2), t0=0.0, x0=np.zeros(2), events=np.empty(0), params=sys.params,
+        system=sys, status=fp.Status.ok, message="", residual=0.0, iterations=1, rtol=1e-12,
+        atol=1e-13,
+    )  # fmt: skip
+    assert f", {word}, |multipliers|" in repr(orbit)
