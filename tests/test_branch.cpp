@@ -7,6 +7,7 @@
 #include <filippov/any_system.hpp>
 #include <filippov/branch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace filippov;
@@ -662,4 +663,29 @@ TEST_CASE("branch: a flip just before or behind a grazing", "[branch]") {
         for (const double A : found)
             CHECK(A == Approx(found[0]).epsilon(1e-9));
     }
+}
+
+TEST_CASE(
+    "branch: a doubled orbit ends on the flip of its half, and does not come back along itself",
+    "[branch]") {
+    // Beside that flip both halves still differ where the turn of the parameter is looked for.
+    const auto [A, omega] = GENERATE(std::pair{1.5, 1.86}, std::pair{2.27, 1.43});
+    const auto [branch, system] = trace(A, omega, 0.75 * omega, 1.3 * omega);
+    INFO("A = " << A << ", omega = " << omega << ": " << branch.begin << ", " << branch.end);
+    CHECK_THAT(branch.begin + branch.end, ContainsSubstring("half"));
+    int halves = 0;
+    for (const SpecialPoint& s : branch.special) {
+        INFO(name(s.kind) << " at " << s.cycle.p[1]);
+        CHECK(s.convergence.ok());
+        if (s.kind == Kind::flip && s.cycle.turns == 1) {
+            ++halves;
+            CHECK(std::abs(residual(s, "det(M + 1)")) < 1e-8);
+        }
+        // each bifurcation is passed once
+        CHECK(std::count_if(branch.special.begin(), branch.special.end(), [&](const auto& other) {
+                  return other.kind == s.kind && other.cycle.turns == s.cycle.turns &&
+                         std::abs(other.cycle.p[1] - s.cycle.p[1]) < 1e-9;
+              }) == 1);
+    }
+    CHECK(halves >= 1);
 }

@@ -47,6 +47,7 @@ public:
 private:
     using Place = detail::BranchPlace;
     using StepEnd = detail::StepEnd;
+    using SmoothEnd = detail::SmoothEnd;
 
     static constexpr const char* no_orbit = "no orbit continues beyond this bifurcation";
     static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
@@ -229,10 +230,16 @@ private:
             return StepEnd::failed;
         }
         const Vector t = here.curve.tangent(to.J, here.t);
-        const bool merged = detail::smooth_points(line_, here, t, here.along(to.z), branch, next);
+        const bool last_try = ds < 2 * settings_.min_step;
+        const SmoothEnd passed =
+            detail::smooth_points(line_, here, t, here.along(to.z), branch, next, last_try);
         if (line_.system.interrupted())
             return StepEnd::ended;
-        if (merged) {
+        if (passed == SmoothEnd::unlocated) {
+            trouble = "a bifurcation could not be located";
+            return StepEnd::retry;
+        }
+        if (passed == SmoothEnd::merges) {
             branch.end = "it ends on the orbit of half its period, which flips there";
             return StepEnd::ended;
         }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <utility>
@@ -67,9 +68,14 @@ inline Passed locate(const AnySystem& system, const BranchPlace& here, const Vec
     return passed;
 }
 /// A turn of the parameter that is the flip of an orbit of half the period: the branch comes
-/// back on itself, half a period later. Then the flip of that orbit takes its place.
-inline bool halve(const BranchLine& line, SpecialPoint& special) {
-    Cycle one = shortest(line.system, special.cycle, 1e-3);
+/// back on itself, half a period later. Then the flip of that orbit takes its place. (A turn that
+/// could not be located may have been looked for far from there: both halves still differ.)
+/// @param reach  of the step in the parameter
+inline bool halve(const BranchLine& line, SpecialPoint& special, double reach) {
+    const bool located = special.convergence.ok();
+    if (located)
+        reach = 1e-6 * line.width();
+    Cycle one = shortest(line.system, special.cycle, located ? 1e-3 : 0.5);
     if (!(std::abs(one.period - special.cycle.period / 2) < 0.01 * one.period))
         return false;
     const bool forced = line.system.forced();
@@ -89,7 +95,7 @@ inline bool halve(const BranchLine& line, SpecialPoint& special) {
         b = next;
         fb = at(b);
     }
-    if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < 1e-6 * line.width()))
+    if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < reach))
         return false;
     const std::string before = special.word_before;
     special.kind = Kind::flip;
@@ -99,10 +105,16 @@ inline bool halve(const BranchLine& line, SpecialPoint& special) {
     special.word_before = before;
     return true;
 }
-/// Those within the step from `here`, in their order. True if the branch ends at the last: on
-/// an orbit of half its period.
-inline bool smooth_points(const BranchLine& line, const BranchPlace& here, const Vector& t,
-                          double ds, Branch& branch, const BranchPoint& next) {
+/// What the smooth bifurcations within a step mean for the branch.
+enum class SmoothEnd {
+    goes_on,
+    merges,   ///< it ends at the last, on an orbit of half its period
+    unlocated ///< one is there and was not located: nothing was added to the branch
+};
+/// Those within the step from `here`, in their order.
+/// @param last_try  what is not located is added none the less, as it is
+inline SmoothEnd smooth_points(const BranchLine& line, const BranchPlace& here, const Vector& t,
+                               double ds, Branch& branch, const BranchPoint& next, bool last_try) {
     std::vector<Passed> passed;
     const bool forced = line.system.forced();
     const auto& before = multipliers_at(here, branch);
@@ -120,16 +132,23 @@ inline bool smooth_points(const BranchLine& line, const BranchPlace& here, const
                 locate(line.system, here, t, ds, Kind::neimark_sacker, branch, next.multipliers));
     }
     if (line.system.interrupted()) // what was located is not what it seems
-        return false;
+        return SmoothEnd::goes_on;
     std::stable_sort(passed.begin(), passed.end(),
                      [](const Passed& a, const Passed& b) { return a.along < b.along; });
+    std::vector<SpecialPoint> found;
+    SmoothEnd end = SmoothEnd::goes_on;
     for (Passed& p : passed) {
-        const bool merges = p.special.kind == Kind::fold && halve(line, p.special);
-        branch.special.push_back(std::move(p.special));
-        if (merges)
-            return true;
+        if (p.special.kind == Kind::fold && halve(line, p.special, ds * line.width()))
+            end = SmoothEnd::merges;
+        if (!p.special.convergence.ok() && !last_try)
+            return SmoothEnd::unlocated;
+        found.push_back(std::move(p.special));
+        if (end == SmoothEnd::merges)
+            break;
     }
-    return false;
+    branch.special.insert(branch.special.end(), std::make_move_iterator(found.begin()),
+                          std::make_move_iterator(found.end()));
+    return end;
 }
 
 /// A flip between `here` and the sliding bifurcation that ends its word.
