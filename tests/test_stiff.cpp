@@ -178,6 +178,45 @@ TEST_CASE("stiff: the chapter's oscillator, where nothing is stiff, has the same
     }
 }
 
+namespace {
+
+/// x' = -1 + 2 cos t - 0.3 sign(x) |x|^e: what the other side does begins at its surface, where
+/// |x|^e has no logarithm, and for e < 1 no slope.
+struct PowerLaw {
+    static constexpr int dim = 1;
+    double e;
+
+    template <class S> using X = Vec<S, 1>;
+    template <class S> static X<S> field(const S& t, const S& drag) {
+        using std::cos;
+        return X<S>(S(-1) + S(2) * cos(t) + S(0.3) * drag);
+    }
+    template <Scalar S> X<S> f1(const S& t, const X<S>& x, const Vec<S, 0>&) const {
+        using std::pow;
+        return field(t, S(pow(S(-x[0]), S(e))));
+    }
+    template <Scalar S> X<S> f2(const S& t, const X<S>& x, const Vec<S, 0>&) const {
+        using std::pow;
+        return field(t, S(-pow(x[0], S(e))));
+    }
+    template <Scalar S> S h(const S&, const X<S>& x, const Vec<S, 0>&) const { return x[0]; }
+};
+
+} // namespace
+
+TEST_CASE("stiff: a power law begins at the surface", "[stiff]") {
+    const double e = GENERATE(0.3, 0.5, 1.0, 1.5, 2.0, 2.5, 3.5);
+    const PowerLaw sys{e};
+    const auto implicit =
+        run<Rodas5P>(sys, Vec<double, 0>(), Vec<double, 1>(0.5), 0, 20, tolerance<1>(1e-9));
+    const auto explicitly =
+        run<DormandPrince8>(sys, Vec<double, 0>(), Vec<double, 1>(0.5), 0, 20, tolerance<1>(1e-9));
+    INFO("exponent " << e << ": " << implicit.result.message());
+    CHECK(implicit.result.status == Status::ok);
+    CHECK(implicit.events.size() == explicitly.events.size());
+    CHECK_THAT(implicit.result.x[0], WithinAbs(explicitly.result.x[0], 1e-6));
+}
+
 TEST_CASE("stiff: dense output of the stiff method is on the surface in a slide, and as exact",
           "[stiff]") {
     const auto p = default_params<StiffContact>();

@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <limits>
+#include <vector>
 
 using namespace filippov;
 
@@ -91,6 +93,31 @@ TEST_CASE("taylor: elementary functions have their known series", "[taylor]") {
     check_series(pow(zero, 0), {1, 0, 0, 0, 0, 0, 0});
     check_series(abs(T::variable(-2)), {2, -1, 0, 0, 0, 0, 0});
     check_series(abs(T::variable(2)), {2, 1, 0, 0, 0, 0, 0});
+}
+
+TEST_CASE("taylor: a power of what is zero has the derivatives that it has", "[taylor]") {
+    using T = Taylor<double, 4>;
+    const T x = T::variable(0), a = T(2) * x + x * x;
+    constexpr double none = std::numeric_limits<double>::infinity();
+    const auto coefficients = [](const T& series) {
+        return std::vector<double>(series.c.begin(), series.c.end());
+    };
+    using V = std::vector<double>;
+    CHECK(coefficients(pow(a, T(2))) == V{0, 0, 4, 4, 1}); // (2x + x^2)^2
+    CHECK(coefficients(pow(a, T(3))) == V{0, 0, 0, 8, 12});
+    CHECK(coefficients(pow(a, T(1))) == V{0, 2, 1, 0, 0});
+    CHECK(coefficients(pow(a, T(0))) == V{1, 0, 0, 0, 0});
+    CHECK(pow(a, T(2.5)).c[2] == 0);
+    CHECK(pow(a, T(2.5)).c[3] == none);
+    CHECK(pow(a, T(0.5)).c[0] == 0);
+    CHECK(pow(a, T(0.5)).c[1] == none);
+    CHECK(pow(T(0) * x, T(0.5)).c[1] == 0); // it stays zero
+    // series of series: x^2.5 y at x = 0
+    using Q = Taylor<Taylor<double, 1>, 1>;
+    const Q both = pow(Q::variable(Taylor<double, 1>::variable(0)), Q(2.5));
+    CHECK(both.c[0].c[1] == 0);
+    CHECK(both.c[1].c[0] == 0);
+    CHECK(both.c[1].c[1] == 0);
 }
 
 TEST_CASE("taylor: compositions miss the function by tau^7 and no less", "[taylor]") {

@@ -85,7 +85,7 @@ public:
             if (end_.is_at(t, x))
                 start_ = end_;
             else
-                start_.move_to(t, x, rhs);
+                start_.move_to(t, x, rhs, S(1e-3) * dt, k[0]);
         }
         using std::abs;
         if (abs(dt) <= std::numeric_limits<S>::min())
@@ -105,7 +105,7 @@ public:
             x1 = at + u_[i];
         }
         k[last] = rhs.field(S(t + dt), x1);
-        end_.move_to(S(t + dt), x1, rhs);
+        end_.move_to(S(t + dt), x1, rhs, S(-1e-3) * dt, k[last]);
         const Polynomial p = interpolant(rhs, t, x, dt, x1);
         const State slope = (p.c[1] - p.c[2] - p.c[3]) / dt, defect = k[last] - slope;
         error_ = u_[last - 1] / dt;
@@ -180,10 +180,16 @@ private:
         static constexpr double longest = 2;
 
         bool is_at(const S& time, const State& state) const { return t == time && x == state; }
-        template <class Rhs> void move_to(const S& time, const State& state, const Rhs& rhs) {
+        /// @param inside, field  from here into the step: at the end of a power law slopes can be
+        ///                       infinite
+        template <class Rhs>
+        void move_to(const S& time, const State& state, const Rhs& rhs, const S& inside,
+                     const State& field) {
             t = time;
             x = state;
             slopes = rhs.slopes(time, state);
+            if (!(slopes.by_x.allFinite() && slopes.by_t.allFinite()))
+                slopes = rhs.slopes(S(time + inside), State(state + inside * field));
             for (int i = 0; i < N; ++i)
                 slopes.size[i] = power_of_two(slopes.size[i]);
             for (int i = 0; i < N; ++i)

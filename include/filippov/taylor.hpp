@@ -150,10 +150,43 @@ template <class S, int K> struct Taylor {
                 r = r * base;
         return r;
     }
-    /// a^e for a real exponent, a.c[0] > 0.
-    friend Taylor pow(const Taylor& a, const Taylor& e) { return exp(e * log(a)); }
+    /// a^e for a real exponent; a.c[0] > 0, or zero and e a constant.
+    friend Taylor pow(const Taylor& a, const Taylor& e) {
+        return a.c[0] == S(0) && e.is_constant() ? power_at_zero(a, e.c[0]) : exp(e * log(a));
+    }
+
+    bool is_constant() const {
+        for (int k = 1; k <= K; ++k)
+            if (!is_zero(c[k]))
+                return false;
+        return true;
+    }
 
 private:
+    static bool is_zero(const S& v) {
+        if constexpr (requires { v.is_constant(); })
+            return v == S(0) && v.is_constant();
+        else
+            return v == S(0);
+    }
+    /// a^e by the binomial series in a - a.c[0], where there is no logarithm. Derivatives beyond
+    /// those that a^e has are infinite.
+    static Taylor power_at_zero(const Taylor& a, const S& e) {
+        using std::pow;
+        Taylor r(pow(a.c[0], e)), change = a, power(1);
+        change.c[0] = S(0);
+        S binomial(1);
+        for (int m = 1; m <= K; ++m) {
+            binomial = binomial * (e - S(m - 1)) / S(m);
+            if (is_zero(binomial))
+                break; // an integer exponent
+            power = power * change;
+            for (int k = m; k <= K; ++k)
+                if (!is_zero(power.c[k])) // zero times infinity is none of them
+                    r.c[k] += binomial * pow(a.c[0], S(e - S(m))) * power.c[k];
+        }
+        return r;
+    }
     /// The series r with r(0) = value and r' = a' / d.
     static Taylor integrate(const S& value, const Taylor& a, const Taylor& d) {
         Taylor r(value);
