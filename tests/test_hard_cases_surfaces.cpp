@@ -188,6 +188,19 @@ struct Kicked {
     }
 };
 
+/// Pushed away from every one of four surfaces: all of 81 modes go on from where they meet.
+struct Repelled {
+    static constexpr int dim = 4;
+    static constexpr int surfaces = 4;
+    template <Scalar S>
+    Vec<S, 4> field(const S&, const Vec<S, 4>&, const Vec<S, 4>& s, const Vec<S, 0>&) const {
+        return s;
+    }
+    template <Scalar S> Vec<S, 4> h(const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
 /// Slides on y = 0, s = 0.2 there, while x runs up to 1 and is set back to 0.
 struct SlideReset {
     static constexpr int dim = 2;
@@ -693,6 +706,21 @@ TEMPLATE_TEST_CASE("H43: a saddle between two winners is not unique, and policie
 }
 
 // --- jumps ---------------------------------------------------------------------------------------
+
+TEMPLATE_TEST_CASE("H43: a policy chooses among all modes, however many", "[hard]",
+                   DormandPrince5) {
+    using V4 = Vec<double, 4>;
+    for (const auto& [policy, end] :
+         {std::pair{NonUnique::below, -1.0}, std::pair{NonUnique::stay, 0.0},
+          std::pair{NonUnique::above, 1.0}}) {
+        auto settings = bounded<4>(1e-9);
+        settings.on_nonunique = policy;
+        const auto r = follow<TestType>(Repelled{}, {}, V4(0, 0, 0, 0), 1, settings);
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.events[0].alternatives == 81);
+        CHECK((r.result.x - V4::Constant(end)).cwiseAbs().maxCoeff() < 1e-12);
+    }
+}
 
 TEMPLATE_TEST_CASE("H30: a jump onto another surface is judged again, at most a hundred times",
                    "[hard]", DormandPrince5, DormandPrince8) {

@@ -278,8 +278,9 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
            const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
            const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy) {
     constexpr int M = surfaces_v<Sys>;
+    const Mode<M> before = mode;
     Verdict<M> v;
-    v.mode = mode;
+    v.mode = before;
     const auto regions = regions_at(sys, mode, on, t, x, p);
     for (unsigned r = 0; r < regions.flow.regions(); ++r)
         if (!all_finite<S, dim_v<Sys>>(regions.field[r])) {
@@ -293,12 +294,12 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
     for (int code = 0; code < modes; ++code) {
         for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
             mode.set(on[i], rest % 3 - 1);
-        detail::Candidate<Sys, S> candidate(sys, mode, v.mode, regions, t, x, p, arrival);
+        detail::Candidate<Sys, S> candidate(sys, mode, before, regions, t, x, p, arrival);
         Starts<M> starts;
         if (!candidate.admissible(exit, starts))
             continue;
         attracting = attracting && candidate.attracts();
-        v.add(mode, starts);
+        v.add(mode, starts, policy);
     }
     v.unique = v.n_options == 1 && attracting;
     if (v.n_options == 0)
@@ -307,7 +308,6 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
         v.reason = "several modes are admissible where these surfaces meet";
     else if (!attracting)
         v.reason = "sliding where these surfaces meet is not shown to attract";
-    v.choose(policy);
     return v;
 }
 

@@ -210,10 +210,16 @@ template <int M> struct Verdict {
     std::array<Starts<M>, most_options> option_starts{};
     int n_options = 0;
 
-    void add(const Mode<M>& admissible, const Starts<M>& roots) {
+    /// Adds a mode. The one to go on with is the first, or the one that the policy names: the
+    /// lowest sides, the highest, or the most slides, of all and not only of those that are kept.
+    void add(const Mode<M>& admissible, const Starts<M>& roots, NonUnique policy) {
         if (n_options < most_options) {
             option[std::size_t(n_options)] = admissible;
             option_starts[std::size_t(n_options)] = roots;
+        }
+        if (n_options == 0 || rank(admissible, policy) > rank(mode, policy)) {
+            mode = admissible;
+            starts = roots;
         }
         ++n_options;
     }
@@ -222,20 +228,9 @@ template <int M> struct Verdict {
         mode = option[std::size_t(k)];
         starts = option_starts[std::size_t(k)];
     }
-    /// The only option, or the one that a policy names: the lowest sides, the highest, or the most
-    /// slides.
-    void choose(NonUnique policy) {
-        int best = 0;
-        for (int k = 1; k < kept(); ++k)
-            if (rank(k, policy) > rank(best, policy))
-                best = k;
-        if (n_options > 0)
-            take(best);
-    }
 
 private:
-    int rank(int k, NonUnique policy) const {
-        const Mode<M>& m = option[std::size_t(k)];
+    static int rank(const Mode<M>& m, NonUnique policy) {
         int sum = 0;
         for (int j = 0; j < M; ++j)
             sum += m[j];
@@ -319,8 +314,8 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     };
     const bool below_stays = stays(-1, v.below), above_stays = stays(+1, v.above);
     const auto option = [&](int side) {
-        v.mode.set(j, side);
-        v.add(v.mode, detail::starts_at(v, v.mode, j));
+        mode.set(j, side);
+        v.add(mode, detail::starts_at(v, mode, j), policy);
     };
     if (held) {
         v.unique = true;
@@ -356,7 +351,6 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         for (const int side : {-1, 0, 1})
             option(side);
     }
-    v.choose(policy);
     // At one surface a policy names the branch, whatever its side would do.
     const int named = policy == NonUnique::below ? -1 : policy == NonUnique::above ? 1 : 0;
     if (!v.unique && policy != NonUnique::stop && v.mode[j] != named) {
