@@ -173,6 +173,22 @@ struct TwoBalls {
     }
 };
 
+/// A ball, x'' = -2, on a floor anywhere.
+struct HighFloor {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    double floor = 0, e = 0.5;
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-2)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x[0] - S(floor);
+    }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1] * S(-e)};
+    }
+};
+
 /// A ball, x'' = -2, that is kicked up with speed 1 where it hits the floor more slowly than
 /// `slow`.
 struct Kicked {
@@ -381,6 +397,26 @@ TEMPLATE_TEST_CASE("H14: bounces that accumulate end in rest, in a bounded numbe
     const double rounding = double(r.events.size()) * 16 * eps * (1 + left);
     CHECK(limit[0] == Approx(t1 + 2 * e * v1 / (9.8 * (1 - e))).epsilon(0).margin(tol + rounding));
     CHECK(r.result.x[0] == 0);
+    CHECK(r.result.x[1] == 0);
+    CHECK(r.result.mode[0] == 0);
+}
+
+TEMPLATE_TEST_CASE("H14: bounces on a floor far from zero end where they end on one at zero",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // Their last ones are lower than the rounding of x - floor, and take their time none the less.
+    const double floor = GENERATE(1.0, -3.0, 1e3, 1e6);
+    const double e = GENERATE(0.1, 0.5, 0.9);
+    const double tol = GENERATE(1e-4, 1e-8, 1e-12);
+    const auto r = follow<TestType>(HighFloor{floor, e}, {}, V2(floor + 1, 0), 60, bounded<2>(tol));
+    INFO("floor " << floor << ", e " << e << ", tolerance " << tol);
+    CHECK(r.result.status == Status::ok);
+    const auto limit = r.times(accumulation);
+    REQUIRE(limit.size() == 1);
+    // falls in 1 with speed 2; the last bounce that is seen is 16 eps floor high, and its time off
+    // by an ulp of its place over its speed
+    const double rounding = std::sqrt(eps * std::abs(floor)) / 8 / (1 - e);
+    CHECK(limit[0] == Approx(1 + 2 * e / (1 - e)).epsilon(0).margin(1e-10 + rounding));
+    CHECK(r.result.x[0] == floor);
     CHECK(r.result.x[1] == 0);
     CHECK(r.result.mode[0] == 0);
 }

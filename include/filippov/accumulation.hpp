@@ -47,12 +47,13 @@ public:
     bool hurry() const { return n_ > 3 && gap_ < S(1e-2) * longest_gap_; }
 
     /// The limit of the shortest pattern that repeats three times ever faster, if less than the
-    /// tolerance is left to it, or less time than can be resolved.
+    /// tolerance is left to it, or less time than can be resolved, or the rest of it is `lost` in
+    /// rounding.
     /// @param scale      tolerance of each component
     /// @param direction  of time
     /// @param field      where the last event led: in the time left it must not lead far
-    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Vec<S, N>& field,
-                                     int direction) const {
+    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Vec<S, N>& field, int direction,
+                                     bool lost) const {
         for (int pattern = 1; 3 * pattern < n_; ++pattern) {
             if (!repeats(pattern, 3))
                 continue;
@@ -79,7 +80,7 @@ public:
                 square += (moved / scale[i]) * (moved / scale[i]);
             }
             const bool unresolved = gap_ <= S(1024) * ulp(ago(0).clock.local);
-            if (square <= S(N) || unresolved)
+            if (square <= S(N) || unresolved || lost)
                 return limit;
         }
         return std::nullopt;

@@ -8,6 +8,7 @@
 #include <filippov/junction.hpp>
 #include <filippov/segment.hpp>
 
+#include <optional>
 #include <string>
 
 namespace filippov {
@@ -478,6 +479,15 @@ private:
             const int next = throws(mode, contacts);
             segment_.enter(mode);
             if (next < 0 && contacts.n > 0) {
+                // Bounces too low for the rounding of h still take their time.
+                const bool lost =
+                    normal_motion(sys_, mode, j, now.local, x, p_, segment_.direction()) == 0 &&
+                    free_rates(sys_, mode, j, now.local, x, p_)[0] > S(0);
+                if (const auto rest = lost ? rest_ahead(true) : std::nullopt; rest && rest->holds) {
+                    log(EventKind::jump, j, left, x_left);
+                    thrown_ = true;
+                    return leap(*rest);
+                }
                 if (const Status status = settle(mode, contacts); status != Status::ok)
                     return status;
                 if (const Status status = judge(mode, contacts, -1); status != Status::ok)
@@ -502,41 +512,58 @@ private:
             recent_.add(segment_.clock(), j, segment_.x());
         if (const S gap = recent_.gap(); gap > S(0))
             segment_.expect_event_after(gap);
-        return recent_.hurry() ? leap() : Status::ok;
+        if (!recent_.hurry())
+            return Status::ok;
+        const auto rest = rest_ahead(false);
+        if (!rest)
+            return Status::ok;
+        return rest->holds ? leap(*rest) : segment_.fail(Status::accumulation, "", rest->on[0]);
     }
-    FILIPPOV_COLD Status leap() {
+    /// Where events accumulate and the solution is held by all their surfaces.
+    struct Rest {
+        S after{}; ///< time from now
+        X x{};
+        SurfaceSet<M> on;
+        Mode<M> held{};
+        bool holds = true; ///< false: nothing does, and the events cannot be told apart any more
+    };
+    /// The rest in which the last events end, if they have one.
+    /// @param lost  what comes next is lower than rounding of h can tell
+    FILIPPOV_COLD std::optional<Rest> rest_ahead(bool lost) {
         const X field = mode_field(sys_, segment_.mode(), segment_.clock().local, segment_.x(), p_);
-        const auto limit = recent_.limit(segment_.scale(), field, segment_.direction());
+        const auto limit = recent_.limit(segment_.scale(), field, segment_.direction(), lost);
         if (!limit)
-            return Status::ok;
-        const S dt = S(segment_.direction()) * limit->after;
-        if (!segment_.reaches(dt))
-            return Status::ok;
+            return std::nullopt;
+        Rest rest;
+        rest.after = S(segment_.direction()) * limit->after;
+        if (!segment_.reaches(rest.after))
+            return std::nullopt;
+        rest.on = recent_.template surfaces<M>(limit->pattern);
+        const S t = segment_.clock().local + rest.after;
+        hold_with(rest.on, t, limit->x);
+        rest.held = segment_.mode();
+        for (const int k : rest.on)
+            rest.held.set(k, 0);
+        const Constraints<Sys> holding(sys_, rest.held);
+        rest.x = project(sys_, holding, t, limit->x, p_, segment_.scale());
+        if (!near(rest.x, limit->x, field, lost) || !keeps_sides(rest.held, t, rest.x) ||
+            !independent(sys_, holding, t, rest.x, p_, segment_.scale()))
+            return std::nullopt;
+        rest.holds = holds(rest.held, t, rest.x);
+        // what cannot be told apart any more cannot be followed either
+        const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
+        return rest.holds || unresolved ? std::optional(rest) : std::nullopt;
+    }
+    FILIPPOV_COLD Status leap(const Rest& rest) {
         const Mode<M> before = segment_.mode();
         const X x_left = segment_.x();
-        SurfaceSet<M> on = recent_.template surfaces<M>(limit->pattern);
-        const S t = segment_.clock().local + dt;
-        hold_with(on, t, limit->x);
-        Mode<M> held = before;
-        for (const int k : on)
-            held.set(k, 0);
-        const Constraints<Sys> rest(sys_, held);
-        const X x = project(sys_, rest, t, limit->x, p_, segment_.scale());
-        if (!near(x, limit->x, field) || !keeps_sides(held, t, x) ||
-            !independent(sys_, rest, t, x, p_, segment_.scale()))
-            return Status::ok;
-        if (!holds(held, t, x)) {
-            // what cannot be told apart any more cannot be followed either
-            const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
-            return unresolved ? segment_.fail(Status::accumulation, "", on[0]) : Status::ok;
-        }
-        segment_.leap(dt, x);
-        if constexpr (requires { observer_.on_limit(segment_.clock(), held); })
-            observer_.on_limit(segment_.clock(), held);
-        segment_.enter(held);
-        contacts_ = on;
+        segment_.leap(rest.after, rest.x);
+        if constexpr (requires { observer_.on_limit(segment_.clock(), rest.held); })
+            observer_.on_limit(segment_.clock(), rest.held);
+        segment_.enter(rest.held);
+        contacts_ = rest.on;
         alternatives_ = 0;
-        log(EventKind::accumulation, on[0], before, x_left);
+        log(EventKind::accumulation, rest.on[0], before, x_left);
         recent_.clear();
         return crossed_sections();
     }
@@ -554,12 +581,13 @@ private:
         on = all;
     }
     /// True if two states differ by some tolerances at most, or by what the field does in a time
-    /// that cannot be resolved.
-    bool near(const X& a, const X& b, const X& field) const {
+    /// that cannot be resolved, or, of events that are `lost`, by a tenth of what these would do.
+    bool near(const X& a, const X& b, const X& field, bool lost) const {
         using std::abs;
-        const S unresolved = S(1024) * ulp(segment_.clock().local);
+        const S unresolved = S(1024) * ulp(segment_.clock().local), part(lost ? 0.1 : 0);
         for (int i = 0; i < N; ++i)
-            if (!(abs(a[i] - b[i]) <= S(10) * segment_.scale()[i] + unresolved * abs(field[i])))
+            if (!(abs(a[i] - b[i]) <= S(10) * segment_.scale()[i] + unresolved * abs(field[i]) +
+                                          part * abs(b[i] - segment_.x()[i])))
                 return false;
         return true;
     }
