@@ -281,6 +281,24 @@ TEMPLATE_TEST_CASE("H21: a surface without gradient is refused with the point", 
     CHECK(at_once.result.t == 0);
 }
 
+TEMPLATE_TEST_CASE("H21: a curved surface that is touched by motion along it has a gradient",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // h = y - x^2: met at x = 0, where only x moves; from below it is touched, y being -1e-12
+    const double slope = GENERATE(1.0, 1e-5, 1e5);
+    const Plane sys(right, right,
+                    [slope](const auto&, const auto& x) { return x[1] - slope * x[0] * x[0]; });
+    const auto touch = go<TestType>(sys, V2(-1, 0), 0, 3, bounded<2>(1e-9));
+    CHECK(touch.result.status == Status::ok);
+    CHECK(word(touch) == "graze");
+    // h = y - x^3: crossed there
+    const Plane cubic(right, right, [slope](const auto&, const auto& x) {
+        return x[1] - slope * x[0] * x[0] * x[0];
+    });
+    const auto crossed = go<TestType>(cubic, V2(-1, 0), 0, 3, bounded<2>(1e-9));
+    CHECK(crossed.result.status == Status::ok);
+    CHECK(word(crossed) == "cross");
+}
+
 TEMPLATE_TEST_CASE("H21: a start where two branches of a surface cross is refused", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const Plane sys(right, right, [](const auto&, const auto& x) { return x[0] * x[1]; });

@@ -69,16 +69,27 @@ public:
         using std::abs;
         if (!meets_surface())
             return false;
-        const S t = at_.clock.local + path.dt;
-        const X gradient = grad_h(at_.sys, surface(), t, path.x1, at_.p);
-        S first_order = abs(h_t(at_.sys, surface(), t, path.x1, at_.p) * path.dt);
+        const S t0 = at_.clock.local, t1 = t0 + path.dt;
+        const X now = grad_h(at_.sys, surface(), t1, path.x1, at_.p);
+        const S rate = h_t(at_.sys, surface(), t1, path.x1, at_.p);
+        S first_order = abs(rate * path.dt);
         for (int i = 0; i < N; ++i)
-            first_order += abs(gradient[i] * (path.x1[i] - at_.x[i]));
-        const S change = abs(h(t, path.x1) - h(at_.clock.local, at_.x));
-        return !(first_order > S(1e-6) * change) && change > S(0);
+            first_order += abs(now[i] * (path.x1[i] - at_.x[i]));
+        const S change = abs(h(t1, path.x1) - h(t0, at_.x));
+        if (first_order > S(1e-6) * change || !(change > S(0)))
+            return false;
+        const X before = grad_h(at_.sys, surface(), t0, at_.x, at_.p);
+        bool remains = vanishes_not(rate, h_t(at_.sys, surface(), t0, at_.x, at_.p));
+        for (int i = 0; i < N; ++i)
+            remains = remains || vanishes_not(now[i], before[i]);
+        return !remains;
     }
 
 private:
+    static bool vanishes_not(const S& now, const S& before) {
+        using std::abs;
+        return abs(now) > S(1e-3) * abs(before);
+    }
     int surface() const { return found_.guard / 3; }
     bool meets_surface() const {
         return found_.guard < Guard<M>::first_section && at_.mode[surface()] != 0;
