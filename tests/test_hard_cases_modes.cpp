@@ -85,6 +85,30 @@ TEMPLATE_TEST_CASE(
     CHECK(r.result.x[1] == 0);
 }
 
+TEMPLATE_TEST_CASE("H5: a slide that ends just before L1 = L2 ends by tangency", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // v' = a - cos t sign v: sticks until cos t = |a|; at cos t = 0 the fields are the same
+    const double tol = GENERATE(1e-3, 1e-6, 1e-10);
+    const double a = GENERATE(0.1, 0.01, -1e-3, 1e-5, -1e-7, 1e-9);
+    const double start = GENERATE(-1.4, -0.7, 0.0, 1.2);
+    const auto side = [a](double sign) {
+        return [a, sign](const auto& t, const auto& x) {
+            using std::cos;
+            return like(x, x[1], a - sign * cos(t));
+        };
+    };
+    const Plane sys(side(-1), side(+1), [](const auto&, const auto& x) { return x[1]; });
+    INFO("tolerance " << tol << ", a " << a << ", start " << start);
+    const auto r = go<TestType>(sys, V2(0, 0), start, 2.5, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "exit_sliding");
+    const double end = std::acos(std::abs(a)), sign = a > 0 ? 1 : -1;
+    CHECK(r.events[1].t == Approx(end).epsilon(0).margin(1e-12));
+    CHECK(r.result.x[1] == Approx(a * (2.5 - end) - sign * (std::sin(2.5) - std::sin(end)))
+                               .epsilon(0)
+                               .margin(10 * tol));
+}
+
 TEMPLATE_TEST_CASE("H6: where L1 vanishes triply it changes sign, and the slide ends", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const double from = GENERATE(1.0, 0.9, 0.7, 0.613, 0.31);

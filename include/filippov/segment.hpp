@@ -209,6 +209,9 @@ private:
             stop.missed = true;
             return stop;
         }
+        if (target.loses_surface())
+            if (const Found<S> end = watch_.before_pole(found.guard, path); end.guard >= 0)
+                return land(path, end);
         stop.guard = found.guard;
         stop.touch = found.touch;
         stop.jumped = landing.jumped;

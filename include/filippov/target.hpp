@@ -21,15 +21,14 @@ public:
     template <class Path> S residual(const Path& path) const {
         const S t = at_.clock.local + path.dt;
         return found_.touch ? S(at_.direction) * minus_slope(t, path.x1, path.end_field())
-                            : guards_.guard_value(found_.guard, t, path.x1);
+                            : guards_.value_of(found_, t, path.x1);
     }
     /// Derivative of the residual by time, on the interpolant.
     template <class Path> S slope(Path& path) const {
         const S step = found_.touch ? S(1e-3) : S(1e-4);
         const S u = std::min(found_.theta + step, S(1)), v = std::max(found_.theta - step, S(0));
         const auto raw = [&](const S& theta) {
-            return guards_.guard_value(found_.guard, S(at_.clock.local + theta * path.dt),
-                                       path(theta));
+            return guards_.value_of(found_, S(at_.clock.local + theta * path.dt), path(theta));
         };
         if (!found_.touch)
             return (raw(u) - raw(v)) / ((u - v) * path.dt);
@@ -42,6 +41,14 @@ public:
         return at_.settings.fixed_step > S(0) ? S(0.01) * epsilon<S> / at_.settings.rtol : S(0.01);
     }
 
+    /// True of a plain end of a slide, by s.
+    bool ends_slide() const {
+        return in_slide() && found_.pole < 0 && found_.guard != Guard<M>::transversal(surface());
+    }
+    /// True of the end of a slide's field, by L1 - L2.
+    bool loses_surface() const {
+        return in_slide() && found_.guard == Guard<M>::transversal(surface());
+    }
     /// True if the end of the path is on the surface met but for the tolerance and the resolution
     /// of time: what lies farther off is not to be moved there.
     template <class Path> bool reached(const Path& path) const {
@@ -93,6 +100,9 @@ private:
     int surface() const { return found_.guard / 3; }
     bool meets_surface() const {
         return found_.guard < Guard<M>::first_section && at_.mode[surface()] != 0;
+    }
+    bool in_slide() const {
+        return !meets_surface() && found_.guard < Guard<M>::first_section && !found_.touch;
     }
     S h(const S& t, const X& x) const { return switching(at_.sys, t, x, at_.p)[surface()]; }
 

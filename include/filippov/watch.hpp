@@ -21,6 +21,7 @@ template <class S> struct Found {
     int guard = -1;     ///< -1: none
     S theta = S(2);     ///< where in the step
     bool touch = false; ///< an extremum that touches zero, not a root
+    int pole = -1;      ///< of the end of a slide: the guard of L1 - L2, if that ends with it
 };
 
 /// The guards of a run, those of its user's sections among them. What refers to a step has its path
@@ -141,6 +142,11 @@ public:
     S guard_value(int g, const S& t, const X& x) const {
         return trace(g).sense * raw_guard(g, t, x);
     }
+    /// The same of the guard that was found, without its pole.
+    S value_of(const Found<S>& found, const S& t, const X& x) const {
+        const S value = guard_value(found.guard, t, x);
+        return found.pole < 0 ? value : value * guard_value(found.pole, t, x);
+    }
 
     /// The value of guard g, not oriented yet, at probe k of the step.
     FILIPPOV_INLINE void probe(int g, std::size_t k, const S& value) {
@@ -252,6 +258,35 @@ public:
             }
             if (const Found<S> found = event_of(g, path, raw); found.theta < first.theta)
                 first = found;
+        }
+        return first;
+    }
+
+    /// The end of a slide that came before the end of this path, where L1 - L2 (guard `pole`) has
+    /// just vanished: there 1 + s and 1 - s have poles, and where a root and the pole behind it lie
+    /// between two probes, those show neither. Their numerators have no poles. None at a two-fold,
+    /// where they vanish with L1 - L2.
+    template <class Path> FILIPPOV_COLD Found<S> before_pole(int pole, Path& path) {
+        Found<S> first;
+        const S reach = S(1) - S(64) * ulp(S(at_.clock.local + path.dt)) / abs_(path.dt);
+        if (!(reach > S(0)))
+            return first;
+        for (const int g : active_guards()) {
+            if (g >= Guard<M>::first_section || g % 3 == 2 || at_.mode[g / 3] != 0)
+                continue;
+            const Found<S> end{g, S(0), false, pole};
+            const auto numerator = [&](const S& u) {
+                const S theta = u * reach;
+                return value_of(end, S(at_.clock.local + theta * path.dt), path(theta));
+            };
+            if (!(numerator(S(1)) < S(0)))
+                continue;
+            const auto value = without_root<Path>(g, numerator);
+            const S start = value(S(0));
+            S u(2);
+            if (start > S(0) && first_contact(value, start, S(0), u) == Contact::root &&
+                u * reach < first.theta)
+                first = {g, u * reach, false, pole};
         }
         return first;
     }
