@@ -126,6 +126,12 @@ public:
     }
 
     Status fail(Status status, std::string_view what, int surface = -1) {
+        // A function that is interrupted has no value, and what is made of it is no failure.
+        if constexpr (requires { observer_.interrupted(); })
+            if (observer_.interrupted()) {
+                status = Status::interrupted;
+                what = "";
+            }
         diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface};
         return status;
     }

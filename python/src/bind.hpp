@@ -9,6 +9,7 @@
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -65,16 +66,17 @@ inline py::dict counters_to_dict(const Counters& c) {
     return d;
 }
 
-/// Asks Python for signals, at most every 50 ms.
+/// Asks Python for signals, at most every 50 ms, and at once if there is one for sure.
 class SignalCheck {
 public:
     bool operator()() {
         if (raised_)
             return true;
         const auto now = std::chrono::steady_clock::now();
-        if (now - last_ < std::chrono::milliseconds(50))
+        if (now - last_ < std::chrono::milliseconds(50) && !is_due())
             return false;
         last_ = now;
+        is_due() = false;
         const py::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0)
             raised_.emplace();
@@ -86,7 +88,27 @@ public:
     py::object raised() const { return raised_ ? py::object(raised_->value()) : py::none(); }
     bool has_raised() const { return raised_.has_value(); }
 
+    /// What a function of the user's raised, which the loop called from this thread: true if it was
+    /// Ctrl-C. It comes again as a signal, which the loop asks for and ends with what it has.
+    static bool defers(const py::error_already_set& error) {
+        if (!error.matches(PyExc_KeyboardInterrupt))
+            return false;
+        const py::module_ threading = py::module_::import("threading"),
+                          signal = py::module_::import("signal");
+        const bool comes = threading.attr("current_thread")().is(threading.attr("main_thread")()) &&
+                           PyCallable_Check(signal.attr("getsignal")(SIGINT).ptr()) != 0;
+        if (comes)
+            PyErr_SetInterrupt();
+        is_due() = comes;
+        return comes;
+    }
+
 private:
+    static bool& is_due() {
+        thread_local bool due = false;
+        return due;
+    }
+
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
     std::optional<py::error_already_set> raised_;
 };

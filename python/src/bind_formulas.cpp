@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -141,10 +142,16 @@ int add_callable(Graph& graph, const std::string& name, int dim, int params, int
                 tuple[static_cast<std::size_t>(i)] = values[i];
             return tuple;
         };
-        const py::sequence result = (*function)(t, tuple_of(x, dim), tuple_of(p, params));
-        expect(result.size() == std::size_t(outputs), "a function returns its outputs");
-        for (int i = 0; i < outputs; ++i)
-            out[i] = py::cast<double>(result[static_cast<std::size_t>(i)]);
+        try {
+            const py::sequence result = (*function)(t, tuple_of(x, dim), tuple_of(p, params));
+            expect(result.size() == std::size_t(outputs), "a function returns its outputs");
+            for (int i = 0; i < outputs; ++i)
+                out[i] = py::cast<double>(result[static_cast<std::size_t>(i)]);
+        } catch (const py::error_already_set& error) {
+            if (!SignalCheck::defers(error))
+                throw;
+            std::fill_n(out, outputs, std::numeric_limits<double>::quiet_NaN());
+        }
     };
     return graph.add_function(std::move(f));
 }

@@ -2,6 +2,7 @@
 #include "bind.hpp"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace filippov::python {
@@ -13,9 +14,19 @@ using Doubles = Array<double>;
 /// A Python event function; with `params` it is called with them as a third argument.
 std::function<double(double, const double*)> watch(int index, py::function function, int dim,
                                                    py::object params) {
-    return [=](double t, const double* x) {
+    const auto ask = [=](double t, const double* x) {
         py::array_t<double> y(dim, x);
-        const py::object result = params.is_none() ? function(t, y) : function(t, y, params);
+        return params.is_none() ? function(t, y) : function(t, y, params);
+    };
+    return [=](double t, const double* x) {
+        py::object result;
+        try {
+            result = ask(t, x);
+        } catch (const py::error_already_set& error) {
+            if (!SignalCheck::defers(error))
+                throw;
+            return std::numeric_limits<double>::quiet_NaN();
+        }
         const double value = PyFloat_AsDouble(result.ptr());
         if (value == -1.0 && PyErr_Occurred() != nullptr) {
             PyErr_Clear();

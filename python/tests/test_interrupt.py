@@ -42,15 +42,36 @@ def test_ctrl_c_stops_at_once_and_keeps_the_run(ctrl_c, model, x0, method, event
     ctrl_c(PROGRAM.format(model=model, x0=x0, method=method, events=events))
 
 
-def test_ctrl_c_in_an_event_function_passes_through(ctrl_c):
+def test_ctrl_c_in_an_event_function_keeps_the_run(ctrl_c):
     ctrl_c("""
 print("ready", flush=True)
 try:
     fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e9), t_eval=[0.0], dense_output=False,
                 max_steps=10**15, events=lambda t, y: 1.0)
-except KeyboardInterrupt:
+except KeyboardInterrupt as stop:
+    run = stop.trajectory
+    assert run.status == "interrupted", run.status
+    assert run.t[-1] > 0 and run.events["t"][-1] == run.t[-1]
     sys.exit(7)
 """)
+
+
+def test_what_a_function_raises_on_its_own_comes_out_as_it_is():
+    def stops(t, y):
+        if t > 1:
+            raise KeyboardInterrupt("of its own")
+        return 1.0
+
+    # (Ctrl-C is what a function that raises it stands for)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e3), events=stops)
+    assert caught.value.trajectory.status == "interrupted"
+
+    def fails(t, y):
+        raise ZeroDivisionError("of its own")
+
+    with pytest.raises(ZeroDivisionError, match="of its own"):
+        fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e3), events=fails)
 
 
 def test_whatever_a_signal_handler_raises_comes_out():
@@ -158,17 +179,19 @@ def test_ctrl_c_stops_a_system_of_ones_own(ctrl_c, call):
     ctrl_c(OWN + KEPT.format(call=line, kept=kept), pause=0.5)
 
 
-@pytest.mark.parametrize("call", ["simulate", "ensemble"])
+@pytest.mark.parametrize("call", ["simulate", "ensemble", "lyapunov", "bifurcation_diagram"])
 def test_ctrl_c_stops_python_functions(ctrl_c, call):
-    side = "lambda t, s, p: (s.v, -s.y + np.cos(t) {sign} 0.4)"
+    side = "lambda t, s, p: (s.v, -s.y + p.A * np.cos(t) {sign} 0.4)"
     fields = ", ".join(
         f"{key!r}: {side.format(sign=sign)}" for key, sign in zip("-+", "+-", strict=True)
     )
     slow = (
         "import warnings; warnings.simplefilter('ignore'); import numpy as np\n"
-        f"block = fp.System.from_callables('y v', fields={{{fields}}}, switch='v')\n"
+        f"block = fp.System.from_callables('y v', {{'A': 1.0}}, fields={{{fields}}},"
+        " switch='v', period=2 * np.pi)\n"
     )
-    ctrl_c(slow + KEPT.format(call=LONG[call][0], kept="True"), pause=0.5)
+    line, kept = LONG[call]
+    ctrl_c(slow + KEPT.format(call=line, kept=kept), pause=0.5)
 
 
 def test_ctrl_c_stops_the_command_line(tmp_path):
