@@ -201,13 +201,15 @@ template <int... N> constexpr int most_of(std::integer_sequence<int, N...>) {
     return std::max({N...});
 }
 
+/// True if systems of n components are compiled for size N.
+constexpr bool holds(int N, int n) { return N <= most_exact_dims ? n == N : n <= N; }
 /// The model of the first size that holds n components.
 template <int... N>
 std::shared_ptr<const Model> tape_model_of(std::integer_sequence<int, N...>, int n,
                                            const Facts& facts,
                                            const std::shared_ptr<const TapeProgram>& tapes) {
     std::shared_ptr<const Model> model;
-    static_cast<void>(((n <= N && (model = tape_model<N>(facts, tapes))) || ...));
+    static_cast<void>(((holds(N, n) && (model = tape_model<N>(facts, tapes))) || ...));
     expect(n >= 1 && model, "not too many components");
     return model;
 }

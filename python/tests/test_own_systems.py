@@ -304,6 +304,19 @@ def test_more_components_than_are_compiled(n):
     assert J @ step == pytest.approx(moved, abs=1e-12)
 
 
+@pytest.mark.parametrize("n", range(1, 33))
+def test_every_number_of_components(n):
+    @fp.system(state=[f"x{k}" for k in range(n)])
+    def line(t, s, p):
+        pull = -np.sign(s[0]) + 0.5 * np.sin(t)
+        return (pull, *(s[k - 1] - s[k] for k in range(1, n)))
+
+    run = fp.simulate(line, [0.5] + [0.1] * (n - 1), (0, 3))
+    assert run.success
+    assert run.y.shape[0] == n
+    assert run.y[0, -1] == 0
+
+
 def test_an_orbit_of_many_components():
     n = 5
 
