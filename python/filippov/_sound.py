@@ -69,10 +69,14 @@ def known(accepted: Collection[str], **words: Any) -> None:
 
 
 def ordered(name: str, times: np.ndarray[Any, Any]) -> None:
-    """Finite times that only rise, or only fall."""
+    """Finite times that only rise, or only fall, but for some ulp.
+
+    (A time is that within its period and the period's: events at one time may be an ulp apart.)
+    """
     require(times.ndim == 1, f"{name} has shape {times.shape}, expected one dimension")
     finite(**{name: times})
     steps = np.diff(times)
+    steps[np.abs(steps) <= 8 * np.spacing(np.abs(times[1:]))] = 0
     require((steps >= 0).all() or (steps <= 0).all(), f"{name} is out of order")
 
 
