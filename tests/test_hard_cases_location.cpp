@@ -369,6 +369,50 @@ TEMPLATE_TEST_CASE("H22: a jump of h in time is an event at the jump", "[hard]",
     CHECK(r.result.x[0] == Approx(0.1 * at - 0.1 * (2 - at)).margin(1e-15));
 }
 
+TEMPLATE_TEST_CASE("H22: a surface that jumps away leaves a slide behind", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    // x slides on c(t), which rises by J from t = 1 on within a time w, and then waits for x.
+    const double tol = GENERATE(1e-4, 1e-7, 1e-10);
+    const double J = GENERATE(-3.0, -0.01, 0.01, 0.4, 3.0);
+    const double w = GENERATE(0.0, 1e-12, 1e-8, 1e-4);
+    const double along = GENERATE(-0.3, 0.0, 0.2);
+    const auto c = [=](const auto& t) {
+        using S = std::decay_t<decltype(t)>;
+        const S rise = t < S(1) ? S(0) : t < S(1 + w) ? S((t - 1) / w * J) : S(J);
+        return S(along * t + rise);
+    };
+    const Plane sys([](const auto&, const auto& x) { return like(x, 1, 1); },
+                    [](const auto&, const auto& x) { return like(x, 1, -1); },
+                    [c](const auto& t, const auto& x) {
+                        using S = typename std::decay_t<decltype(x)>::Scalar;
+                        return S(x[1] - c(S(t)));
+                    });
+    const double up = J > 0 ? 1 : -1, back = 1 + std::abs(J) / (1 - up * along);
+    INFO("tolerance " << tol << ", J " << J << ", w " << w << ", along " << along);
+    const auto r = go<TestType>(sys, V2(0, 0), 0, back + 1, bounded<2>(tol, 20'000));
+    CHECK(r.result.status == Status::ok);
+    REQUIRE(r.times(EventKind::exit_sliding).size() == 1);
+    REQUIRE(r.times(EventKind::enter_sliding).size() == 1);
+    CHECK(r.times(EventKind::exit_sliding)[0] == Approx(1).margin(tol + w));
+    CHECK(r.times(EventKind::enter_sliding)[0] == Approx(back).margin(10 * tol + 2 * w));
+    CHECK(r.result.x[1] == Approx(along * (back + 1) + J).margin(10 * tol));
+}
+
+TEMPLATE_TEST_CASE("H22: what cancels within h moves no slide off its surface", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double tol = GENERATE(1e-7, 1e-11);
+    const Plane sys([](const auto&, const auto& x) { return like(x, 1, 1); },
+                    [](const auto&, const auto& x) { return like(x, 1, -1); },
+                    [](const auto& t, const auto& x) {
+                        using std::sin; // known to 1e-7 only
+                        return (x[1] - 0.3 * sin(t) + 1e9) - 1e9;
+                    });
+    const auto r = go<TestType>(sys, V2(0, 0), 0, 20, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "");
+    CHECK(r.result.x[1] == Approx(0.3 * std::sin(20)).margin(1e-6));
+}
+
 TEMPLATE_TEST_CASE("H22: an h of infinite slope ends in an event or a status", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const Line sys(forward, forward, [](const auto&, const auto& x) {

@@ -741,8 +741,6 @@ TEMPLATE_TEST_CASE("H43: a saddle between two winners is not unique, and policie
     CHECK(r.result.x == V2(4, 4)); // k off/2 = g 4 with s = 0.2 on both
 }
 
-// --- jumps ---------------------------------------------------------------------------------------
-
 TEMPLATE_TEST_CASE("H43: a policy chooses among all modes, however many", "[hard]",
                    DormandPrince5) {
     using V4 = Vec<double, 4>;
@@ -757,6 +755,8 @@ TEMPLATE_TEST_CASE("H43: a policy chooses among all modes, however many", "[hard
         CHECK((r.result.x - V4::Constant(end)).cwiseAbs().maxCoeff() < 1e-12);
     }
 }
+
+// --- jumps ---------------------------------------------------------------------------------------
 
 TEMPLATE_TEST_CASE("H30: a jump onto another surface is judged again, at most a hundred times",
                    "[hard]", DormandPrince5, DormandPrince8) {

@@ -75,6 +75,22 @@ struct Shaken {
     }
 };
 
+/// A slide on a surface that jumps from x = 0 to x = J at t = 1, in 1e-9 of a unit of time.
+struct Jumping {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"J"};
+    template <Scalar S> Vec<S, 1> f1(const S&, const Vec<S, 1>&, const Vec<S, 1>&) const {
+        return Vec<S, 1>(S(1));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S&, const Vec<S, 1>&, const Vec<S, 1>&) const {
+        return Vec<S, 1>(S(-1));
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        using std::tanh;
+        return x[0] - p[0] / S(2) * (S(1) + tanh(S(S(1e10) * (t - S(1)))));
+    }
+};
+
 } // namespace
 
 // --- starts and ends ---------------------------------------------------------------------------
@@ -351,6 +367,24 @@ TEST_CASE("lane_flow: a slide whose s swings ends at the first swing that is too
     CHECK(below > 50);
     CHECK(below < 150);
     CHECK(r.counters.handed_over < 20);
+}
+
+TEST_CASE("H22, lane_flow: a surface that jumps away leaves a slide behind", "[lane_flow]") {
+    Members<Jumping> m;
+    for (int k = 0; k < 40; ++k)
+        for (const double J : {-2.0, -0.1, 0.01, 0.3, 1.0}) // back on it at t = 1 + |J|
+            m.push_back({Vec<double, 1>(0.0), Vec<double, 1>(J), 0.01 * k, 4.0 + 0.01 * k});
+    const auto r = run(Jumping{}, m, tolerance<Jumping>(1e-8));
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const auto& o = r.outcomes[i];
+        CAPTURE(i);
+        CHECK(o.status == Status::ok);
+        CHECK(o.slides == 1); // it starts in one
+        CHECK(std::abs(o.x[0] - m[i].p[0]) < 1e-12);
+        const double away = std::abs(m[i].p[0]);
+        CHECK(std::abs(o.slide_time - (m[i].t_end - m[i].t0 - away)) < 1e-7);
+    }
+    CHECK(unlike_flow(Jumping{}, m, 1e-8) == 0);
 }
 
 TEST_CASE("lane_flow: a slide that ceases to attract stops there", "[lane_flow]") {

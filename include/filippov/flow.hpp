@@ -398,10 +398,10 @@ private:
         contacts_ = {};
         thrown_ = false;
         const X x_left = segment_.x();
-        if (const Status status =
-                stop.jumped ? pass_jump_of_h(before, j) : meet(before, stop.guard);
-            status != Status::ok)
+        if (const Status status = change(before, stop); status != Status::ok)
             return status;
+        if (stop.jumped && segment_.mode() == before) // a hair before s jumps
+            return crossed_sections();
         if (!thrown_) {
             const Mode<M>& after = segment_.mode();
             const int named = first_change(before, after, j);
@@ -414,6 +414,14 @@ private:
         return watch_for_limit(j);
     }
 
+    Status change(const Mode<M>& before, const Stop& stop) {
+        const int j = stop.guard / 3;
+        if (stop.left_behind) {
+            const S h = switching(sys_, segment_.clock().local, segment_.x(), p_)[j];
+            return pass_jump_of_h(before, j, h < S(0) ? -1 : 1);
+        }
+        return stop.jumped ? pass_jump_of_h(before, j, -before[j]) : meet(before, stop.guard);
+    }
     Status meet(const Mode<M>& before, int guard) {
         const SurfaceSet<M> on = surfaces_met(before, guard);
         if (on.n > 1)
@@ -612,14 +620,14 @@ private:
             return v.unique && v.mode == held;
         }
     }
-    /// h_j changed sign without being zero: the other side, whatever leads where. What was slid on
-    /// meanwhile is judged again.
-    Status pass_jump_of_h(const Mode<M>& before, int j) {
+    /// h_j jumped: the state is on this side now, whatever leads where. What was slid on meanwhile
+    /// is judged again.
+    Status pass_jump_of_h(const Mode<M>& before, int j, int side) {
         Mode<M> after = before;
-        after.set(j, -before[j]);
-        const SurfaceSet<M> on = slid_surfaces(before);
+        after.set(j, side);
+        const SurfaceSet<M> on = slid_surfaces(after);
         if constexpr (has_jumps_v<Sys>)
-            if (is_kind(sys_, j, SurfaceKind::jump))
+            if (is_kind(sys_, j, SurfaceKind::jump) && side < 0)
                 return jump(before, j);
         if (on.n > 0)
             return judge(after, on, -1);

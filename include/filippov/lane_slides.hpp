@@ -164,9 +164,11 @@ public:
         const T rounding(64 * epsilon<double> + run_.settings.rtol);
         const Mask swings = accepted & ~still & (range.spread() > rounding) & (s.turns() > T(1)) &
                             (dt > T(16) * resolution(t));
-        const Mask clear = still & (range_w.low > T(2) * range_w.spread());
-        const Mask taken = accepted & ~swings & clear, doubt = accepted & ~swings & ~clear;
+        const X raw = x1;
         x1 = project(sys_, 0, t + dt, x1, p, size);
+        const Mask clear =
+            still & (range_w.low > T(2) * range_w.spread()) & ~surface_lost(raw, x1, size);
+        const Mask taken = accepted & ~swings & clear, doubt = accepted & ~swings & ~clear;
         g.set(reach, T(0.5) * dt, swings);
         g.set(trial, dt, doubt);
         go_on(g, {x1, rk.k[Rk::last], dt}, s.end(), w.end(), taken);
@@ -193,7 +195,9 @@ public:
         Landing full;
         full.dt = dt;
         rk.step(rhs, t, x, dt, full.x);
+        const X raw = full.x;
         full.x = project(sys_, 0, t + dt, full.x, p, size);
+        const Mask lost = surface_lost(raw, full.x, size);
         full.field = rk.k[Rk::last];
         const auto path = rk.interpolant(rhs, t, x, dt, full.x);
         const auto slide_in = [&](const T& u) {
@@ -217,7 +221,8 @@ public:
         const Mask unrooted(false);
         const Look down = look_along(below, unrooted), up = look_along(above, unrooted),
                    flat = look_along(w, unrooted);
-        const Mask hard = down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found;
+        const Mask hard =
+            down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found | lost;
         const Mask ends = (down.found | up.found) & ~hard, passes = ~hard & ~ends;
 
         Look look;
@@ -241,7 +246,7 @@ public:
         const Mask leaves = landed & exit.plain & finite(sum(at.x));
 
         const T shortest = T(1e-4) * min(half_period(g), g[proposal]);
-        const Mask shorter = hard & (dt > shortest);
+        const Mask shorter = hard & ~lost & (dt > shortest);
         const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(run_, full.x);
         g.set(reach, T(0.5) * dt, shorter);
         take_up(g, exit, at.x, at.dt, limit, leaves);
@@ -261,6 +266,12 @@ private:
     FILIPPOV_INLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
                                              const X& size) const {
         return sliding(sys_, Mode<1>{}, t, toward_surface(sys_, 0, t, x, p, size), p);
+    }
+    /// True if the surface has moved away from the step's end: by more than ten times what the step
+    /// may err. A lone run says how that goes on.
+    static Mask surface_lost(const X& raw, const X& x1, const X& size) {
+        const X moved = (x1 - raw).cwiseQuotient(size);
+        return ~(moved.squaredNorm() <= T(100.0 * N));
     }
     static T s_of(const Sliding<Sys, T>& a) { return T(0.5) * (a.below - a.above); }
 

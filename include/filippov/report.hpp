@@ -26,6 +26,7 @@ struct Stop {
     bool touch = false;         ///< an extremum that touches zero, not a root
     bool missed = false;        ///< no event after all: the whole step is free
     bool jumped = false;        ///< h changed sign without being zero (a jump of h)
+    bool left_behind = false;   ///< the surface slid on jumped away from the state
 };
 
 } // namespace filippov

@@ -13,6 +13,7 @@
 #include <filippov/watch.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -220,7 +221,7 @@ private:
                 return land(path, end);
         stop.guard = found.guard;
         stop.touch = found.touch;
-        stop.jumped = landing.jumped;
+        stop.jumped = landing.jumped || (target.ends_slide() && !on_target()); // of h, or of s
         target.settle(path, landing.jumped);
         const bool flat = target.degenerate(path);
         accept(path);
@@ -293,8 +294,93 @@ private:
             what = place_.what_is_not_finite(t, place_.x);
         return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
     }
+    /// Where the field at the start of a step leads in a time too short to show another.
+    X alone(const S& dt) const { return place_.x + dt * rk_.k[0]; }
+    /// The surface of a slide that jumped in this step, or ran away: the end of the step lies off
+    /// it by more than ten times what the step may err. -1: none.
+    /// @param raw    the end of the step before it was put on the surface
+    /// @param first  a forced mode may begin beside its surface
+    FILIPPOV_COLD int lost_surface(const X& raw, const S& dt, bool first) const {
+        const S t = place_.clock.local;
+        const Vec<S, M> before = switching(place_.sys, t, place_.x, place_.p),
+                        after = switching(place_.sys, S(t + dt), raw, place_.p);
+        const X lengths = place_.scale_of_step(raw, dt);
+        for (int j = 0; j < M; ++j) {
+            if (place_.mode[j] != 0)
+                continue;
+            const S band = S(1e3) * rounding_band(place_.sys, j, S(t + dt), raw, place_.p) +
+                           S(10) * change_over(place_.sys, j, S(t + dt), raw, place_.p, lengths);
+            const S off = abs_(first ? S(after[j] - before[j]) : after[j]);
+            if (!(off <= band) && !(off <= S(8) * roughness_of_h(j, off)))
+                return j;
+        }
+        return -1;
+    }
+    /// How rough h_j is over changes of this size: fourth differences along its gradient. Where
+    /// large terms cancel within it, its rounding is far more than that of the state.
+    FILIPPOV_COLD S roughness_of_h(int j, const S& size) const {
+        const S t = place_.clock.local;
+        const X gradient = grad_h(place_.sys, j, t, place_.x, place_.p);
+        const X across = gradient * (size / gradient.squaredNorm());
+        std::array<S, 9> h;
+        for (int k = 0; k < 9; ++k) {
+            const X x = place_.x + S(k - 4) / S(4) * across;
+            h[std::size_t(k)] = switching(place_.sys, t, x, place_.p)[j];
+        }
+        S largest(0);
+        for (std::size_t k = 0; k + 4 < h.size(); ++k)
+            largest = std::max(largest, abs_(h[k] - S(4) * h[k + 1] + S(6) * h[k + 2] -
+                                             S(4) * h[k + 3] + h[k + 4]));
+        return largest;
+    }
+    /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
+    FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
+        leap(dt, alone(dt));
+        watch_.go_on_with_sections();
+        Stop stop;
+        stop.guard = Guard<M>::below(j);
+        stop.left_behind = true;
+        return stop;
+    }
+    /// No step of a slide is short enough: its surface is about to jump, or has a kink beyond
+    /// which the slide has ended.
+    FILIPPOV_COLD Stop slide_breaks_off() {
+        for (int k = 1; k <= 16; k *= 2) {
+            const S dt = forward() * S(k) * place_.resolution();
+            if (!reaches(dt))
+                break;
+            if (const int lost = lost_surface(alone(dt), dt, false); lost >= 0)
+                return left_behind(lost, dt);
+            const int g = ended_slide(S(place_.clock.local + dt), alone(dt));
+            if (g < 0)
+                continue;
+            leap(dt, alone(dt));
+            watch_.go_on_with_sections();
+            Stop stop;
+            stop.guard = g;
+            stop.jumped = true;
+            return stop;
+        }
+        return {fail_small(false)};
+    }
+    /// The guard by which a slide has ended at (t, x), -1: none.
+    FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
+        for (int j = 0; j < M; ++j) {
+            if (place_.mode[j] != 0)
+                continue;
+            const Margin<S> slide = sliding_margin(place_.sys, place_.mode, j, t, x, place_.p);
+            const S beyond = s_max(place_.sys, place_.p) - S(1);
+            if (!(slide.below >= -beyond))
+                return Guard<M>::below(j);
+            if (!(slide.above >= -beyond))
+                return Guard<M>::above(j);
+        }
+        return -1;
+    }
     /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
     FILIPPOV_COLD Stop too_small(bool bad_stage) {
+        if (!bad_stage && place_.mode.sliding() > 0)
+            return slide_breaks_off();
         Stop stop = bad_stage ? contact_at_edge() : Stop{};
         if (bad_stage && stop.guard < 0 && place_.mode.sliding() > 1)
             stop.guard = Guard<M>::transversal(sliding_surface(place_.mode)); // no blend beyond
@@ -381,7 +467,7 @@ private:
             if (const Status status = begin(rhs); status != Status::ok)
                 return {status};
         const bool fixed = place_.settings.fixed_step > S(0);
-        bool bad_stage = false;
+        bool bad_stage = false, first = true;
         reach_ = Rhs::slides ? std::numeric_limits<S>::infinity() : first_reach_;
         first_reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
@@ -411,7 +497,21 @@ private:
             const bool unjudged = !(error > S(1e-10)); // (it is a square)
             if ((Rhs::slides || unjudged) && !fixed && spans_swings(path))
                 continue;
-            path.put_end_on_surface();
+            if constexpr (Rhs::slides) {
+                const X raw = path.x1;
+                path.put_end_on_surface();
+                // the projection of a step that errs by less than the tolerance is as small
+                const int lost = fixed || place_.norm(X(path.x1 - raw)) <= S(1)
+                                     ? -1
+                                     : lost_surface(raw, dt, first);
+                if (lost >= 0 && abs_(dt) <= S(2) * place_.resolution())
+                    return left_behind(lost, dt);
+                if (lost >= 0) {
+                    ++counters_.rejected;
+                    dt_ = forward() * std::max(abs_(dt) / S(4), place_.resolution());
+                    continue;
+                }
+            }
 
             Found<S> found;
             if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(unjudged)) {
@@ -424,7 +524,7 @@ private:
             }
             if (!fixed)
                 propose(path, {dt, cut, last}, error, unjudged);
-            bad_stage = false;
+            bad_stage = first = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
                 if (!stop.missed) {

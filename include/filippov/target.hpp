@@ -50,12 +50,15 @@ public:
         return in_slide() && found_.guard == Guard<M>::transversal(surface());
     }
     /// True if the end of the path is on the surface met but for the tolerance and the resolution
-    /// of time: what lies farther off is not to be moved there.
+    /// of time: what lies farther off is not to be moved there. The end of a slide is at |s| = 1,
+    /// unless s jumps.
     template <class Path> bool reached(const Path& path) const {
         using std::abs;
+        const S t = at_.clock.local + path.dt;
+        if (ends_slide())
+            return abs(guards_.guard_value(found_.guard, t, path.x1)) <= S(1e-6);
         if (found_.touch || !meets_surface())
             return true;
-        const S t = at_.clock.local + path.dt;
         const S rate = normal_component(at_.sys, surface(), t, path.x1, at_.p, path.end_field());
         const S band = S(1e3) * rounding_band(at_.sys, surface(), t, path.x1, at_.p) +
                        S(8) * ulp(t) * abs(rate) +
@@ -71,7 +74,8 @@ public:
                           path.x1, at_.p, at_.scale);
     }
     /// True if the gradient of h vanishes where the surface was met: to first order the step
-    /// explains less than a millionth of the change of h.
+    /// explains less than a millionth of the change of h, and no part of the gradient is what it
+    /// was. (At a tangency a curved surface is met by motion along it, and its gradient is there.)
     template <class Path> bool degenerate(const Path& path) const {
         using std::abs;
         if (!meets_surface())
