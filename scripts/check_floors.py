@@ -68,6 +68,7 @@ FLOORS: list[list[str]] = [
         "event",
         "guards",
         "landing",
+        "lost_surface",
         "accumulation",
         "counters",
         "settings",

@@ -5,6 +5,7 @@
 #include <filippov/control.hpp>
 #include <filippov/first_step.hpp>
 #include <filippov/landing.hpp>
+#include <filippov/lost_surface.hpp>
 #include <filippov/observers.hpp>
 #include <filippov/paths.hpp>
 #include <filippov/probed_field.hpp>
@@ -13,7 +14,6 @@
 #include <filippov/watch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -296,43 +296,6 @@ private:
     }
     /// Where the field at the start of a step leads in a time too short to show another.
     X alone(const S& dt) const { return place_.x + dt * rk_.k[0]; }
-    /// The surface of a slide that jumped in this step, or ran away: the end of the step lies off
-    /// it by more than ten times what the step may err. -1: none.
-    /// @param raw    the end of the step before it was put on the surface
-    /// @param first  a forced mode may begin beside its surface
-    FILIPPOV_COLD int lost_surface(const X& raw, const S& dt, bool first) const {
-        const S t = place_.clock.local;
-        const Vec<S, M> before = switching(place_.sys, t, place_.x, place_.p),
-                        after = switching(place_.sys, S(t + dt), raw, place_.p);
-        const X lengths = place_.scale_of_step(raw, dt);
-        for (int j = 0; j < M; ++j) {
-            if (place_.mode[j] != 0)
-                continue;
-            const S band = S(1e3) * rounding_band(place_.sys, j, S(t + dt), raw, place_.p) +
-                           S(10) * change_over(place_.sys, j, S(t + dt), raw, place_.p, lengths);
-            const S off = abs_(first ? S(after[j] - before[j]) : after[j]);
-            if (!(off <= band) && !(off <= S(8) * roughness_of_h(j, off)))
-                return j;
-        }
-        return -1;
-    }
-    /// How rough h_j is over changes of this size: fourth differences along its gradient. Where
-    /// large terms cancel within it, its rounding is far more than that of the state.
-    FILIPPOV_COLD S roughness_of_h(int j, const S& size) const {
-        const S t = place_.clock.local;
-        const X gradient = grad_h(place_.sys, j, t, place_.x, place_.p);
-        const X across = gradient * (size / gradient.squaredNorm());
-        std::array<S, 9> h;
-        for (int k = 0; k < 9; ++k) {
-            const X x = place_.x + S(k - 4) / S(4) * across;
-            h[std::size_t(k)] = switching(place_.sys, t, x, place_.p)[j];
-        }
-        S largest(0);
-        for (std::size_t k = 0; k + 4 < h.size(); ++k)
-            largest = std::max(largest, abs_(h[k] - S(4) * h[k + 1] + S(6) * h[k + 2] -
-                                             S(4) * h[k + 3] + h[k + 4]));
-        return largest;
-    }
     /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
     FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
         leap(dt, alone(dt));
@@ -349,9 +312,9 @@ private:
             const S dt = forward() * S(k) * place_.resolution();
             if (!reaches(dt))
                 break;
-            if (const int lost = lost_surface(alone(dt), dt, false); lost >= 0)
+            if (const int lost = lost_surface(place_, alone(dt), dt, false); lost >= 0)
                 return left_behind(lost, dt);
-            const int g = ended_slide(S(place_.clock.local + dt), alone(dt));
+            const int g = ended_slide(place_, S(place_.clock.local + dt), alone(dt));
             if (g < 0)
                 continue;
             leap(dt, alone(dt));
@@ -362,20 +325,6 @@ private:
             return stop;
         }
         return {fail_small(false)};
-    }
-    /// The guard by which a slide has ended at (t, x), -1: none.
-    FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
-        for (int j = 0; j < M; ++j) {
-            if (place_.mode[j] != 0)
-                continue;
-            const Margin<S> slide = sliding_margin(place_.sys, place_.mode, j, t, x, place_.p);
-            const S beyond = s_max(place_.sys, place_.p) - S(1);
-            if (!(slide.below >= -beyond))
-                return Guard<M>::below(j);
-            if (!(slide.above >= -beyond))
-                return Guard<M>::above(j);
-        }
-        return -1;
     }
     /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
     FILIPPOV_COLD Stop too_small(bool bad_stage) {
@@ -503,7 +452,7 @@ private:
                 // the projection of a step that errs by less than the tolerance is as small
                 const int lost = fixed || place_.norm(X(path.x1 - raw)) <= S(1)
                                      ? -1
-                                     : lost_surface(raw, dt, first);
+                                     : lost_surface(place_, raw, dt, first);
                 if (lost >= 0 && abs_(dt) <= S(2) * place_.resolution())
                     return left_behind(lost, dt);
                 if (lost >= 0) {
