@@ -8,9 +8,6 @@ namespace filippov::python {
 namespace {
 
 using Doubles = Array<double>;
-} // namespace
-
-namespace {
 
 /// States and times at the next event of a kind, from many starts.
 py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,

@@ -62,10 +62,18 @@ def test_what_a_function_raises_on_its_own_comes_out_as_it_is():
             raise KeyboardInterrupt("of its own")
         return 1.0
 
-    # (Ctrl-C is what a function that raises it stands for)
-    with pytest.raises(KeyboardInterrupt) as caught:
-        fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e3), events=stops)
-    assert caught.value.trajectory.status == "interrupted"
+    # Ctrl-C is what a function that raises it stands for
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt) as caught:
+            fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e3), events=stops)
+        assert caught.value.trajectory.status == "interrupted"
+        # but where nobody listens to it, it is an exception like others
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        with pytest.raises(KeyboardInterrupt, match="of its own"):
+            fp.simulate(fp.models.varying_belt, [3, 0], (0, 1e3), events=stops)
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
     def fails(t, y):
         raise ZeroDivisionError("of its own")
