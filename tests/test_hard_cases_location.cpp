@@ -398,6 +398,27 @@ TEMPLATE_TEST_CASE("H22: a surface that jumps away leaves a slide behind", "[har
     CHECK(r.result.x[1] == Approx(along * (back + 1) + J).margin(10 * tol));
 }
 
+TEMPLATE_TEST_CASE("H22: a curved surface that jumps at a place leaves a slide behind", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double tol = GENERATE(1e-6, 1e-10);
+    const double curved = GENERATE(0.0, 0.05, 0.3);
+    const double J = GENERATE(-1.0, -0.05, 0.1, 0.7);
+    const Plane sys([](const auto&, const auto& x) { return like(x, 0.7, 1.5); },
+                    [](const auto&, const auto& x) { return like(x, 0.7, -1.3); },
+                    [=](const auto&, const auto& x) {
+                        using std::sin;
+                        using S = typename std::decay_t<decltype(x)>::Scalar;
+                        return S(x[1] - curved * sin(x[0]) - (x[0] < S(0.6) ? 0.0 : J));
+                    });
+    const double away = 0.2 * std::abs(J) / 2, end = 0.6 / 0.7 + away;
+    const auto r = go<TestType>(sys, V2(0, 0), 0, end, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "exit_sliding");
+    CHECK(
+        r.result.x[1] ==
+        Approx(curved * std::sin(0.6) + (J > 0 ? 1.5 : -1.3) * away).epsilon(0).margin(100 * tol));
+}
+
 TEMPLATE_TEST_CASE("H22: what cancels within h moves no slide off its surface", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const double tol = GENERATE(1e-7, 1e-11);

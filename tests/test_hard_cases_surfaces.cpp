@@ -155,6 +155,20 @@ struct SquareWave {
     }
 };
 
+/// x_i' = -sign(x_i - c_i), where c_i jumps from 0 to 1 at its time.
+struct Jumps {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double first = 1, second = 1;
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return -s;
+    }
+    template <Scalar S> Vec<S, 2> h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0] - S(t < S(first) ? 0 : 1), x[1] - S(t < S(second) ? 0 : 1)};
+    }
+};
+
 /// Two balls on one floor.
 struct TwoBalls {
     static constexpr int dim = 4;
@@ -542,6 +556,30 @@ TEMPLATE_TEST_CASE("H17: starts on, beside and far from an intersection are judg
             CHECK(r.events[0].mode_after == Mode<2>{{0, 0}});
             CHECK(r.result.x.cwiseAbs().maxCoeff() == 0);
         }
+}
+
+TEMPLATE_TEST_CASE("H22: surfaces that jump at one time leave no state behind on any of them",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    const double tol = GENERATE(1e-4, 1e-8, 1e-11);
+    const double when = GENERATE(1.0, 0.337, 1.7320508);
+    const double second = GENERATE(0.0, 1e-14, 1e-3); // later
+    const Jumps sys{when, when + second};
+    INFO("tolerance " << tol << ", at " << when << " and " << second << " later");
+    // both slid on
+    auto r = follow<TestType>(sys, {}, V2(0, 0), when + 0.1, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.x[0] == Approx(0.1).epsilon(0).margin(10 * tol));
+    CHECK(r.result.x[1] == Approx(0.1 - second).epsilon(0).margin(10 * tol));
+    CHECK(r.result.mode[0] == -1);
+    CHECK(r.result.mode[1] == -1);
+    // one slid on; the other falls, and jumps past the state
+    r = follow<TestType>(sys, {}, V2(0, when + 0.3), when + 0.1, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.x[0] == Approx(0.1).epsilon(0).margin(10 * tol));
+    CHECK(r.result.x[1] == Approx(0.3 - second + 0.1 - second).epsilon(0).margin(10 * tol));
+    CHECK(r.result.mode[1] == -1);
+    for (const auto& e : r.events)
+        CHECK((e.x_left - e.x_right).cwiseAbs().maxCoeff() < 10 * tol);
 }
 
 TEMPLATE_TEST_CASE("H18: sliding on one surface while another is crossed goes on, or ends",

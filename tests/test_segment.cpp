@@ -103,6 +103,38 @@ TEST_CASE("segment: runs backwards to where it came from", "[segment]") {
     CHECK((back.x - x0).norm() < 1e-10); // a hundred tolerances: the way back amplifies
 }
 
+namespace {
+
+/// A slide on x = 0, of the segment's own, whose surface jumps to x = 1/2 at t = 1.
+struct Jumping {
+    static constexpr int dim = 2;
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(1), S(1)};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(-1), S(1)};
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x[0] - S(t < S(1) ? 0 : 0.5);
+    }
+};
+
+} // namespace
+
+TEST_CASE("segment: a surface that jumps is no target", "[segment]") {
+    for (const int target : {-1, surface, Guard<1>::above(0), Guard<1>::transversal(0)}) {
+        const Jumping sys;
+        const auto before =
+            segment<DormandPrince8>(sys, {}, mode(0), Vec<double, 2>(0, 0), 0, 0.9, target, tight);
+        CHECK(before.status == Status::ok);
+        const auto r =
+            segment<DormandPrince8>(sys, {}, mode(0), Vec<double, 2>(0, 0), 0, 2, target, tight);
+        CHECK(r.status == Status::step_too_small);
+        CHECK(r.t == Approx(1).epsilon(1e-12));
+        CHECK(r.x[0] == 0);
+    }
+}
+
 TEST_CASE("segment: never finds the target it starts on", "[segment]") {
     const auto p = default_params<models::Coulomb>();
     auto x = Vec<double, 2>(3, 0);

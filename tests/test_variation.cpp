@@ -12,6 +12,7 @@
 #include <Eigen/LU>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 using namespace filippov;
@@ -98,6 +99,22 @@ TEST_CASE("dual: functions have the derivatives of calculus", "[dual]") {
     CHECK(slope([](D x) { return 3.0 * x - x * 2.0 + x / 4 - 1; }, 5.0) == 1.25);
 }
 
+TEST_CASE("dual: a power of zero has the derivatives that it has", "[dual]") {
+    using D = Dual<double, 2>;
+    const D x = D::variable(0, 0);
+    CHECK(pow(x, D(1.0)).d[0] == 1);
+    CHECK(pow(x, D(1.5)).d[0] == 0);
+    CHECK(pow(x, D(0.5)).d[0] == std::numeric_limits<double>::infinity());
+    CHECK(pow(x, D(0.5)).d[1] == 0); // of what does not depend on that
+    CHECK(pow(x, D(0.0)).v == 1);
+    CHECK(pow(x, D(0.0)).d[0] == 0);
+    CHECK(pow(D(0), D::variable(2.5, 1)).d[1] == 0); // 0^e for a varying e > 0
+    using T = Taylor<D, 2>;
+    const T along = pow(T::variable(x), T(D::variable(3.5, 1))); // (x + tau)^e at x = 0
+    for (const D& c : along.c)
+        for (const double d : c.d)
+            CHECK(d == 0);
+}
 TEST_CASE("dual: nested twice gives second derivatives", "[dual]") {
     using D = Dual<Dual<double, 1>, 1>;
     const D x(Dual<double, 1>::variable(0.7, 0));
@@ -332,6 +349,40 @@ TEST_CASE("H37: the derivative at a grazing contact is reported singular", "[var
     for (int i = 0; i < 2; ++i)
         for (std::size_t k = 0; k < 2; ++k)
             CHECK(std::isnan(touching.x[i].d[k]));
+}
+
+namespace {
+
+/// Its surface x1 = 0 jumps to x1 = 1/2, at t = 1 or where x0 = 1; its fields lead there, across it
+/// (speed 3), or hold the solution on it (speed 0).
+struct JumpOfH {
+    static constexpr int dim = 2;
+    double speed = 0;
+    bool in_time = true;
+    template <class S> using X = Vec<S, 2>;
+    template <Scalar S> X<S> f1(const S&, const X<S>& x, const Vec<S, 0>&) const {
+        return {S(1) + S(0.2) * x[1], S(speed + 1) + S(0.3) * x[0]};
+    }
+    template <Scalar S> X<S> f2(const S&, const X<S>& x, const Vec<S, 0>&) const {
+        return {S(1) + S(0.2) * x[1], S(speed - 1) + S(0.3) * x[0]};
+    }
+    template <Scalar S> S h(const S& t, const X<S>& x, const Vec<S, 0>&) const {
+        return x[1] - S((in_time ? t : x[0]) < S(1) ? 0 : 0.5);
+    }
+};
+
+} // namespace
+
+TEST_CASE("H37: where h jumps there is no derivative, and that is said", "[variation][hard]") {
+    using D = Dual<double, 2>;
+    const bool in_time = GENERATE(true, false);
+    const double speed = GENERATE(0.0, 3.0); // slides until then, or crosses by the jump
+    const Vec<double, 2> start(0.1, speed == 0 ? 0 : -2.5);
+    Nothing nothing;
+    const auto r = flow<DormandPrince8>(JumpOfH{speed, in_time}, Vec<D, 0>(), seeded<D>(start),
+                                        D(0), D(1.2), tolerance<2>(1e-10), nothing);
+    CHECK(r.run.status == Status::ok);
+    CHECK(r.singular == (speed == 0)); // (at 3.0 it is on its way to h = 0 all the time)
 }
 
 TEST_CASE("variation: the end at an event does not depend on sections passed before",

@@ -9,6 +9,7 @@
 #include <filippov/elementary.hpp>
 #include <filippov/taylor.hpp>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <type_traits>
@@ -146,10 +147,32 @@ template <class S, int K> struct Dual {
                 r = r * base;
         return r;
     }
-    /// a^e for a real exponent, a > 0.
-    friend Dual pow(const Dual& a, const Dual& e) { return exp(e * log(a)); }
+    /// a^e for a real exponent; a > 0, or zero and e > 0 or a constant.
+    friend Dual pow(const Dual& a, const Dual& e) {
+        if constexpr (std::same_as<decltype(a.v == S(0)), bool>) // (lanes are not of one kind)
+            if (a.v == S(0) && (e.v > S(0) || e.is_constant()))
+                return power_at_zero(a, e.v);
+        return exp(e * log(a));
+    }
+
+    bool is_constant() const { return std::all_of(d.begin(), d.end(), is_zero); }
 
 private:
+    static bool is_zero(const S& v) {
+        if constexpr (requires { v.is_constant(); })
+            return v == S(0) && v.is_constant();
+        else
+            return v == S(0);
+    }
+    static Dual power_at_zero(const Dual& a, const S& e) {
+        using std::pow;
+        Dual r(pow(a.v, e));
+        const S slope = is_zero(e) ? S(0) : S(e * pow(a.v, S(e - S(1))));
+        for (std::size_t i = 0; i < a.d.size(); ++i)
+            if (!is_zero(a.d[i])) // zero times infinity is none of them
+                r.d[i] = slope * a.d[i];
+        return r;
+    }
     /// A function of this number: its value and its derivative here.
     Dual along(const S& value, const S& slope) const {
         Dual r(value);

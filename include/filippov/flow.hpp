@@ -400,7 +400,8 @@ private:
         const X x_left = segment_.x();
         if (const Status status = change(before, stop); status != Status::ok)
             return status;
-        if (stop.jumped && segment_.mode() == before) // a hair before s jumps
+        // A hair before s or a surface jumps, but for rounding of the time.
+        if ((stop.jumped || stop.left_behind) && !thrown_ && segment_.mode() == before)
             return crossed_sections();
         if (!thrown_) {
             const Mode<M>& after = segment_.mode();
@@ -416,10 +417,8 @@ private:
 
     Status change(const Mode<M>& before, const Stop& stop) {
         const int j = stop.guard / 3;
-        if (stop.left_behind) {
-            const S h = switching(sys_, segment_.clock().local, segment_.x(), p_)[j];
-            return pass_jump_of_h(before, j, h < S(0) ? -1 : 1);
-        }
+        if (stop.left_behind)
+            return leave_behind(before, j);
         return stop.jumped ? pass_jump_of_h(before, j, -before[j]) : meet(before, stop.guard);
     }
     Status meet(const Mode<M>& before, int guard) {
@@ -620,11 +619,29 @@ private:
             return v.unique && v.mode == held;
         }
     }
+    /// Surface j, which was slid on, has jumped away from the state.
+    Status leave_behind(const Mode<M>& before, int j) {
+        using std::abs;
+        const S t = segment_.clock().local;
+        const X& x = segment_.x();
+        const S h = switching(sys_, t, x, p_)[j];
+        if (abs(h) <= slide_band(sys_, j, t, x, p_, segment_.scale()))
+            return Status::ok; // it is about to
+        if (is_kind(sys_, j, SurfaceKind::jump) && h < S(0))
+            return segment_.fail(Status::escaped, "the surface jumps across the state", j);
+        return pass_jump_of_h(before, j, h < S(0) ? -1 : 1);
+    }
     /// h_j jumped: the state is on this side now, whatever leads where. What was slid on meanwhile
     /// is judged again.
     Status pass_jump_of_h(const Mode<M>& before, int j, int side) {
         Mode<M> after = before;
         after.set(j, side);
+        if constexpr (M > 1) { // others may have jumped across the state at the same time
+            const Vec<S, M> h = switching(sys_, segment_.clock().local, segment_.x(), p_);
+            for (int k = 0; k < M; ++k)
+                if (k != j && !is_kind(sys_, k, SurfaceKind::jump) && h[k] * S(after[k]) < S(0))
+                    after.set(k, -after[k]);
+        }
         const SurfaceSet<M> on = slid_surfaces(after);
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump) && side < 0)

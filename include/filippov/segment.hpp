@@ -84,6 +84,14 @@ public:
             dt_ = dt_before_slide_;
     }
 
+    /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.
+    void force(const Mode<M>& mode, int target) {
+        forced_ = true;
+        enter(mode);
+        choose_first_step();
+        watch_.only(target);
+    }
+
     void choose_first_step() {
         const Settings<S, N>& settings = place_.settings;
         S span = abs_(place_.clock.until(end_));
@@ -298,6 +306,8 @@ private:
     X alone(const S& dt) const { return place_.x + dt * rk_.k[0]; }
     /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
     FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
+        if (forced_)
+            return {fail(Status::step_too_small, "h jumps", j)};
         leap(dt, alone(dt));
         watch_.go_on_with_sections();
         Stop stop;
@@ -314,7 +324,7 @@ private:
                 break;
             if (const int lost = lost_surface(place_, alone(dt), dt, false); lost >= 0)
                 return left_behind(lost, dt);
-            const int g = ended_slide(place_, S(place_.clock.local + dt), alone(dt));
+            const int g = forced_ ? -1 : ended_slide(place_, S(place_.clock.local + dt), alone(dt));
             if (g < 0)
                 continue;
             leap(dt, alone(dt));
@@ -449,10 +459,11 @@ private:
             if constexpr (Rhs::slides) {
                 const X raw = path.x1;
                 path.put_end_on_surface();
-                // the projection of a step that errs by less than the tolerance is as small
-                const int lost = fixed || place_.norm(X(path.x1 - raw)) <= S(1)
-                                     ? -1
-                                     : lost_surface(place_, raw, dt, first);
+                // Of a step that errs by less than the tolerance the projection is as small; where
+                // it moves nothing there may be nothing to move, or no way to the surface.
+                const bool near = path.x1 != raw && place_.norm(X(path.x1 - raw)) <= S(1);
+                const int lost =
+                    fixed || near ? -1 : lost_surface(place_, raw, dt, first && forced_);
                 if (lost >= 0 && abs_(dt) <= S(2) * place_.resolution())
                     return left_behind(lost, dt);
                 if (lost >= 0) {
@@ -537,6 +548,7 @@ private:
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
+    bool forced_ = false;      ///< nobody judges: the mode is followed wherever it leads
     bool swings_seen_ = false; ///< of h, in a step of which no error estimate told anything
     Stepper rk_;
     StepControl<Tableau> control_;
@@ -576,14 +588,13 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
                                    AnySections<S, dim_v<Sys>, params_v<Sys>>, Sections<>>;
     const Sec none;
     Segment<Sys, S, Tableau, Obs, Sec> run(sys, p, t0, x0, t_end, settings, observer, none);
-    run.enter(mode);
-    run.choose_first_step();
-    run.watch().only(target);
+    run.force(mode, target);
     const Stop stop = run.advance();
     SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;
     result.status = stop.status != Status::ok ? stop.status
-                    : stop.guard >= 0         ? Status::event
-                                              : Status::ok;
+                    : stop.guard < 0          ? Status::ok
+                    : stop.guard == target    ? Status::event
+                                              : Status::step_too_small;
     result.clock = run.clock();
     result.t = result.clock.absolute();
     result.x = run.x();

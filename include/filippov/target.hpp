@@ -55,7 +55,7 @@ public:
     template <class Path> bool reached(const Path& path) const {
         using std::abs;
         const S t = at_.clock.local + path.dt;
-        if (ends_slide())
+        if (ends_slide() && !is_kind(at_.sys, surface(), SurfaceKind::jump)) // (a push has no unit)
             return abs(guards_.guard_value(found_.guard, t, path.x1)) <= S(1e-6);
         if (found_.touch || !meets_surface())
             return true;

@@ -152,7 +152,10 @@ template <class S, int K> struct Taylor {
     }
     /// a^e for a real exponent; a.c[0] > 0, or zero and e a constant.
     friend Taylor pow(const Taylor& a, const Taylor& e) {
-        return a.c[0] == S(0) && e.is_constant() ? power_at_zero(a, e.c[0]) : exp(e * log(a));
+        if constexpr (std::same_as<decltype(a.c[0] == S(0)), bool>) // (lanes are not of one kind)
+            if (a.c[0] == S(0) && e.is_constant())
+                return power_at_zero(a, e.c[0]);
+        return exp(e * log(a));
     }
 
     bool is_constant() const {

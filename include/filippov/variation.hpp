@@ -306,6 +306,7 @@ private:
         };
         if (!slid)
             suspect(tangential(clock, j, guard));
+        singular_ = singular_ || jumps(clock, j, guard);
         const D delay = delay_of(clock, guard), t = time_at(clock);
         const X x = shifted(x_, t, delay, mode_);
         last_.before = mode_;
@@ -315,6 +316,17 @@ private:
         last_.x = on_surface(x, t + delay, mode_);
         x_ = shifted(last_.x, t + delay, -delay, mode_);
         have_k0_ = false;
+    }
+    /// True if guard j of the event is not zero there: h has jumped, or s, and when that was does
+    /// not follow from the state. (Of several surfaces s_j may be ended by another's event.)
+    template <class G> bool jumps(const Clock<R>& clock, int j, const G& guard) const {
+        using std::abs;
+        const R t(clock.local);
+        const Vec<R, N> x = values_of(x_);
+        const R off = abs(R(guard(t, x, values_)));
+        if (mode_[j] == 0)
+            return M == 1 && !(off <= R(1e-6));
+        return !(off <= slide_band(sys_, j, t, x, values_, scale()));
     }
     /// A tangential event has no derivative, unless it is one of those that accumulate: then no
     /// other sort follows before the limit.

@@ -96,7 +96,7 @@ public:
         const py::module_ threading = py::module_::import("threading"),
                           signal = py::module_::import("signal");
         const bool comes = threading.attr("current_thread")().is(threading.attr("main_thread")()) &&
-                           PyCallable_Check(signal.attr("getsignal")(SIGINT).ptr()) != 0;
+                           signal.attr("getsignal")(SIGINT).is(signal.attr("default_int_handler"));
         if (comes)
             PyErr_SetInterrupt();
         is_due() = comes;
