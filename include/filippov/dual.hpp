@@ -155,21 +155,15 @@ template <class S, int K> struct Dual {
         return exp(e * log(a));
     }
 
-    bool is_constant() const { return std::all_of(d.begin(), d.end(), is_zero); }
+    bool is_constant() const { return std::all_of(d.begin(), d.end(), detail::is_nil<S>); }
 
 private:
-    static bool is_zero(const S& v) {
-        if constexpr (requires { v.is_constant(); })
-            return v == S(0) && v.is_constant();
-        else
-            return v == S(0);
-    }
     static Dual power_at_zero(const Dual& a, const S& e) {
         using std::pow;
         Dual r(pow(a.v, e));
-        const S slope = is_zero(e) ? S(0) : S(e * pow(a.v, S(e - S(1))));
+        const S slope = detail::is_nil(e) ? S(0) : S(e * pow(a.v, S(e - S(1))));
         for (std::size_t i = 0; i < a.d.size(); ++i)
-            if (!is_zero(a.d[i])) // zero times infinity is none of them
+            if (!detail::is_nil(a.d[i])) // zero times infinity is none of them
                 r.d[i] = slope * a.d[i];
         return r;
     }

@@ -8,10 +8,23 @@
 
 #include <filippov/scalar.hpp>
 
+#include <algorithm>
 #include <array>
 #include <type_traits>
 
 namespace filippov {
+
+namespace detail {
+
+/// True if this is zero with all its derivatives.
+template <class S> bool is_nil(const S& v) {
+    if constexpr (requires { v.is_constant(); })
+        return v == S(0) && v.is_constant();
+    else
+        return v == S(0);
+}
+
+} // namespace detail
 
 /// c[0] + c[1] tau + ... + c[K] tau^K, arithmetic modulo tau^(K+1).
 ///
@@ -158,20 +171,9 @@ template <class S, int K> struct Taylor {
         return exp(e * log(a));
     }
 
-    bool is_constant() const {
-        for (int k = 1; k <= K; ++k)
-            if (!is_zero(c[k]))
-                return false;
-        return true;
-    }
+    bool is_constant() const { return std::all_of(c.begin() + 1, c.end(), detail::is_nil<S>); }
 
 private:
-    static bool is_zero(const S& v) {
-        if constexpr (requires { v.is_constant(); })
-            return v == S(0) && v.is_constant();
-        else
-            return v == S(0);
-    }
     /// a^e by the binomial series in a - a.c[0], where there is no logarithm. Derivatives beyond
     /// those that a^e has are infinite.
     static Taylor power_at_zero(const Taylor& a, const S& e) {
@@ -181,11 +183,11 @@ private:
         S binomial(1);
         for (int m = 1; m <= K; ++m) {
             binomial = binomial * (e - S(m - 1)) / S(m);
-            if (is_zero(binomial))
+            if (detail::is_nil(binomial))
                 break; // an integer exponent
             power = power * change;
             for (int k = m; k <= K; ++k)
-                if (!is_zero(power.c[k])) // zero times infinity is none of them
+                if (!detail::is_nil(power.c[k])) // zero times infinity is none of them
                     r.c[k] += binomial * pow(a.c[0], S(e - S(m))) * power.c[k];
         }
         return r;
