@@ -73,8 +73,7 @@ inline Passed locate(const AnySystem& system, const BranchPlace& here, const Vec
 /// @param reach  of the step in the parameter
 inline bool halve(const BranchLine& line, SpecialPoint& special, double reach) {
     const bool located = special.convergence.ok();
-    if (located)
-        reach = 1e-6 * line.width();
+    const double away = located ? 1e-6 * line.width() : reach;
     Cycle one = shortest(line.system, special.cycle, located ? 1e-3 : 0.5);
     if (!(std::abs(one.period - special.cycle.period / 2) < 0.01 * one.period))
         return false;
@@ -95,7 +94,7 @@ inline bool halve(const BranchLine& line, SpecialPoint& special, double reach) {
         b = next;
         fb = at(b);
     }
-    if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < reach))
+    if (!(std::abs(fb) < 1e-9 && std::abs(b - from) < away))
         return false;
     const std::string before = special.word_before;
     special.kind = Kind::flip;
