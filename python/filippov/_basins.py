@@ -501,7 +501,6 @@ def basins(
     """
     picture = picture_of(sys, grid, rest, t0, params)
     run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
-    distance = number("distance", distance, "expected 0 <= distance < 1", least=0.0, below=1.0)
     threads, tile = counts(threads=threads, tile=tile)
     search = search_of(
         seeds=seeds,
@@ -577,7 +576,7 @@ def basins(
         rest=picture.rest,
         t0=picture.t0,
         period=picture.period,
-        distance=distance,
+        distance=search["distance"],
         search=search,
         escape=None if bounds is None else tuple(bounds),
         settings=run.settings,

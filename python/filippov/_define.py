@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._check import name_of, refuse
+from ._check import mapping, name_of, refuse
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
@@ -281,7 +281,7 @@ def define(
         refuse("params", params, f"{both!r} is a name of the state, too")
     recorder = Recorder(components, defaults)
     named: dict[str, int] = {}
-    for key, formula in _mapping("surfaces", surfaces).items():
+    for key, formula in mapping("surfaces", surfaces, "expected a mapping of names").items():
         named[key] = recorder.formula(formula, f"surfaces[{key!r}]")
     if function is not None:
         nodes = recorder.record(function, name, components)
@@ -296,7 +296,7 @@ def define(
         if not recorder.graph.varies(h):
             raise DefinitionError(f"surface {key}: its function does not depend on state or time")
     after = {}
-    for key, pair in _mapping("jumps", jumps).items():
+    for key, pair in mapping("jumps", jumps, "expected a mapping of names").items():
         if not isinstance(pair, Sequence) or len(pair) != 2:
             refuse(f"jumps[{key!r}]", pair, "expected (h, the function of the state after)")
         h, jump = pair
@@ -329,14 +329,6 @@ def _of_params(period: Callable[[Any], Any]) -> Function:
     except ValueError:  # a builtin does not tell
         pass
     return lambda t, s, p: period(p)
-
-
-def _mapping(what: str, value: Mapping[str, Any] | None) -> Mapping[str, Any]:
-    if value is None:
-        return {}
-    if not isinstance(value, Mapping):
-        refuse(what, value, "expected a mapping of names", TypeError)
-    return value
 
 
 def _switches(switch: object) -> dict[str, Any]:
