@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a slide has lost its surface, which jumped in a step, or ran away faster than guards
-// show.
+// Whether a slide has lost its surface: it jumped in a step, or ran away faster than guards show.
 #pragma once
 
-#include <filippov/guards.hpp>
 #include <filippov/place.hpp>
 
 #include <algorithm>
@@ -69,23 +67,6 @@ FILIPPOV_COLD int lost_surface(const Place<Sys, S>& at, const State<Sys, S>& raw
         if (!(size <= slide_band(at.sys, j, t, raw, at.p, at.scale_of_step(raw, dt))) &&
             !(size <= S(8) * detail::roughness_of_h(at, j, size)))
             return j;
-    }
-    return -1;
-}
-
-/// The guard by which a slide has ended at (t, x), -1: none.
-template <class Sys, class S>
-FILIPPOV_COLD int ended_slide(const Place<Sys, S>& at, const S& t, const State<Sys, S>& x) {
-    constexpr int M = surfaces_v<Sys>;
-    const S beyond = s_max(at.sys, at.p) - S(1);
-    for (int j = 0; j < M; ++j) {
-        if (at.mode[j] != 0)
-            continue;
-        const Margin<S> slide = sliding_margin(at.sys, at.mode, j, t, x, at.p);
-        if (!(slide.below >= -beyond))
-            return Guard<M>::below(j);
-        if (!(slide.above >= -beyond))
-            return Guard<M>::above(j);
     }
     return -1;
 }

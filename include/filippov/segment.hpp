@@ -304,33 +304,48 @@ private:
     }
     /// Where the field at the start of a step leads in a time too short to show another.
     X alone(const S& dt) const { return place_.x + dt * rk_.k[0]; }
+    /// Leaves a slide, at guard g, for where the field leads alone.
+    Stop break_off(int g, const S& dt) {
+        leap(dt, alone(dt));
+        watch_.go_on_with_sections();
+        Stop stop;
+        stop.guard = g;
+        return stop;
+    }
+    /// Puts the end of a slide's step on its surface. Returns the surface that the step has lost
+    /// instead, -1 if none (a fixed step follows it wherever it is).
+    template <class Path> FILIPPOV_INLINE int hold_end(Path& path, bool beside) const {
+        const X raw = path.x1;
+        path.put_end_on_surface();
+        // Of a step that errs by less than the tolerance the projection is as small; where it moves
+        // nothing there may be nothing to move, or no way to the surface.
+        const bool near = path.x1 != raw && place_.norm(X(path.x1 - raw)) <= S(1);
+        return near || place_.settings.fixed_step > S(0)
+                   ? -1
+                   : lost_surface(place_, raw, path.dt, beside);
+    }
     /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
     FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
         if (forced_)
             return {fail(Status::step_too_small, "h jumps", j)};
-        leap(dt, alone(dt));
-        watch_.go_on_with_sections();
-        Stop stop;
-        stop.guard = Guard<M>::below(j);
+        Stop stop = break_off(Guard<M>::below(j), dt);
         stop.left_behind = true;
         return stop;
     }
     /// No step of a slide is short enough: its surface is about to jump, or has a kink beyond
     /// which the slide has ended.
-    FILIPPOV_COLD Stop slide_breaks_off() {
+    FILIPPOV_COLD Stop end_of_short_slide() {
         for (int k = 1; k <= 16; k *= 2) {
             const S dt = forward() * S(k) * place_.resolution();
             if (!reaches(dt))
                 break;
-            if (const int lost = lost_surface(place_, alone(dt), dt, false); lost >= 0)
+            const X x = alone(dt);
+            if (const int lost = lost_surface(place_, x, dt, false); lost >= 0)
                 return left_behind(lost, dt);
-            const int g = forced_ ? -1 : ended_slide(place_, S(place_.clock.local + dt), alone(dt));
+            const int g = forced_ ? -1 : watch_.ended_slide(S(place_.clock.local + dt), x);
             if (g < 0)
                 continue;
-            leap(dt, alone(dt));
-            watch_.go_on_with_sections();
-            Stop stop;
-            stop.guard = g;
+            Stop stop = break_off(g, dt);
             stop.jumped = true;
             return stop;
         }
@@ -338,12 +353,12 @@ private:
     }
     /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
     FILIPPOV_COLD Stop too_small(bool bad_stage) {
-        if (!bad_stage && place_.mode.sliding() > 0)
-            return slide_breaks_off();
-        Stop stop = bad_stage ? contact_at_edge() : Stop{};
-        if (bad_stage && stop.guard < 0 && place_.mode.sliding() > 1)
+        if (!bad_stage)
+            return place_.mode.sliding() > 0 ? end_of_short_slide() : Stop{fail_small(false)};
+        Stop stop = contact_at_edge();
+        if (stop.guard < 0 && place_.mode.sliding() > 1)
             stop.guard = Guard<M>::transversal(sliding_surface(place_.mode)); // no blend beyond
-        return stop.guard >= 0 ? stop : Stop{fail_small(bad_stage)};
+        return stop.guard >= 0 ? stop : Stop{fail_small(true)};
     }
 
     // --- steps ---------------------------------------------------------------------------------
@@ -426,7 +441,7 @@ private:
             if (const Status status = begin(rhs); status != Status::ok)
                 return {status};
         const bool fixed = place_.settings.fixed_step > S(0);
-        bool bad_stage = false, first = true;
+        bool bad_stage = false, beside = forced_; // a forced mode may begin beside its surface
         reach_ = Rhs::slides ? std::numeric_limits<S>::infinity() : first_reach_;
         first_reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
@@ -456,22 +471,14 @@ private:
             const bool unjudged = !(error > S(1e-10)); // (it is a square)
             if ((Rhs::slides || unjudged) && !fixed && spans_swings(path))
                 continue;
-            if constexpr (Rhs::slides) {
-                const X raw = path.x1;
-                path.put_end_on_surface();
-                // Of a step that errs by less than the tolerance the projection is as small; where
-                // it moves nothing there may be nothing to move, or no way to the surface.
-                const bool near = path.x1 != raw && place_.norm(X(path.x1 - raw)) <= S(1);
-                const int lost =
-                    fixed || near ? -1 : lost_surface(place_, raw, dt, first && forced_);
-                if (lost >= 0 && abs_(dt) <= S(2) * place_.resolution())
-                    return left_behind(lost, dt);
-                if (lost >= 0) {
+            if constexpr (Rhs::slides)
+                if (const int lost = hold_end(path, beside); lost >= 0) {
+                    if (abs_(dt) <= S(2) * place_.resolution())
+                        return left_behind(lost, dt);
                     ++counters_.rejected;
                     dt_ = forward() * std::max(abs_(dt) / S(4), place_.resolution());
                     continue;
                 }
-            }
 
             Found<S> found;
             if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(unjudged)) {
@@ -484,7 +491,7 @@ private:
             }
             if (!fixed)
                 propose(path, {dt, cut, last}, error, unjudged);
-            bad_stage = first = false;
+            bad_stage = beside = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
                 if (!stop.missed) {

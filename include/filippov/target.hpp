@@ -43,11 +43,12 @@ public:
 
     /// True of a plain end of a slide, by s.
     bool ends_slide() const {
-        return in_slide() && found_.pole < 0 && found_.guard != Guard<M>::transversal(surface());
+        return guards_.is_end_by_s(found_.guard) && !found_.touch && found_.pole < 0;
     }
     /// True of the end of a slide's field, by L1 - L2.
     bool loses_surface() const {
-        return in_slide() && found_.guard == Guard<M>::transversal(surface());
+        return found_.guard < Guard<M>::first_section && !found_.touch &&
+               found_.guard == Guard<M>::transversal(surface());
     }
     /// True if the end of the path is on the surface met but for the tolerance and the resolution
     /// of time: what lies farther off is not to be moved there. The end of a slide is at |s| = 1,
@@ -104,9 +105,6 @@ private:
     int surface() const { return found_.guard / 3; }
     bool meets_surface() const {
         return found_.guard < Guard<M>::first_section && at_.mode[surface()] != 0;
-    }
-    bool in_slide() const {
-        return !meets_surface() && found_.guard < Guard<M>::first_section && !found_.touch;
     }
     S h(const S& t, const X& x) const { return switching(at_.sys, t, x, at_.p)[surface()]; }
 

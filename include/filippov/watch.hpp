@@ -134,6 +134,12 @@ public:
         }
     }
 
+    /// True of s_max + s and s_max - s of a surface slid on.
+    bool is_end_by_s(int g) const {
+        return g < Guard<M>::first_section && at_.mode[g / 3] == 0 &&
+               g != Guard<M>::transversal(g / 3);
+    }
+
     // --- values and probes ---------------------------------------------------------------------
 
     /// Sign of guard g before its event, 0 if not known yet.
@@ -262,6 +268,13 @@ public:
         return first;
     }
 
+    /// The guard of an end by s at which a slide is over at (t, x), -1: none.
+    FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
+        for (const int g : active_guards())
+            if (is_end_by_s(g) && !(guard_value(g, t, x) >= S(0)))
+                return g;
+        return -1;
+    }
     /// The end of a slide that came before the end of this path, where L1 - L2 (guard `pole`) has
     /// just vanished: there 1 + s and 1 - s have poles, and where a root and the pole behind it lie
     /// between two probes, those show neither. Their numerators have no poles. None at a two-fold,
@@ -272,7 +285,7 @@ public:
         if (!(reach > S(0)))
             return first;
         for (const int g : active_guards()) {
-            if (g >= Guard<M>::first_section || g % 3 == 2 || at_.mode[g / 3] != 0)
+            if (!is_end_by_s(g))
                 continue;
             const Found<S> end{g, S(0), false, pole};
             const auto numerator = [&](const S& u) {
