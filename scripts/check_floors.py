@@ -84,6 +84,7 @@ FLOORS: list[list[str]] = [
         "first_step",
         "segment",
         "flow",
+        "flow_result",
         "variation",
         "trajectory",
         "all_branches",

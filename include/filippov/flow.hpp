@@ -5,58 +5,13 @@
 #include <filippov/accumulation.hpp>
 #include <filippov/dormand_prince5.hpp>
 #include <filippov/dormand_prince8.hpp>
+#include <filippov/flow_result.hpp>
 #include <filippov/junction.hpp>
 #include <filippov/segment.hpp>
 
 #include <optional>
-#include <string>
 
 namespace filippov {
-
-/// How a run ended.
-template <class S, int N, int M> struct FlowResult {
-    Status status = Status::ok;
-    S t{};                           ///< absolute time of the last good state
-    Clock<S> clock{};                ///< the same as (period index, local time)
-    Vec<S, N> x = Vec<S, N>::Zero(); ///< last good state
-    Mode<M> mode{};                  ///< mode there
-    Counters counters{};
-    Diagnosis<S, N, M> diagnosis{}; ///< where and why, if status is not ok
-    int surfaces = M;               ///< how many of the modes mean something
-
-    /// What happened, in a sentence or two.
-    std::string message() const {
-        std::string text(filippov::message(status));
-        if (status == Status::ok || status == Status::event)
-            return text;
-        char at[64];
-        std::snprintf(at, sizeof at, " At t = %.15Lg", static_cast<long double>(diagnosis.t));
-        text += at;
-        text += ", x = (";
-        for (int i = 0; i < N; ++i) {
-            std::snprintf(at, sizeof at, i == 0 ? "%.9Lg" : ", %.9Lg",
-                          static_cast<long double>(diagnosis.x[i]));
-            text += at;
-        }
-        text += "), mode (";
-        for (int j = 0; j < surfaces; ++j) {
-            if (j > 0)
-                text += ", ";
-            text += std::to_string(diagnosis.mode[j]);
-        }
-        text += ")";
-        if (diagnosis.surface >= 0) {
-            text += ", surface ";
-            text += std::to_string(diagnosis.surface);
-        }
-        if (!diagnosis.what.empty()) {
-            text += ": ";
-            text += diagnosis.what;
-        }
-        text += ".";
-        return text;
-    }
-};
 
 /// A start at an event that is known already: the end of a slide, say, where an iterate of a map
 /// begins. `guard` counts as met in mode `before`, and the engine judges how the solution goes on.
@@ -415,6 +370,7 @@ private:
         return watch_for_limit(j);
     }
 
+    /// Judges how the solution goes on from where the mode ended.
     Status change(const Mode<M>& before, const Stop& stop) {
         const int j = stop.guard / 3;
         if (stop.left_behind)
