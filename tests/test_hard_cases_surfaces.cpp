@@ -43,6 +43,28 @@ struct Planes {
     }
 };
 
+/// x' = c + (B_0 + cos t B_1) s on the axes.
+struct Swaying {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    double c[2], still[2][2], swaying[2][2];
+
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        using std::cos;
+        Vec<S, 2> f;
+        for (int i = 0; i < 2; ++i) {
+            f[i] = S(c[i]);
+            for (int j = 0; j < 2; ++j)
+                f[i] += (S(still[i][j]) + cos(t) * S(swaying[i][j])) * s[j];
+        }
+        return f;
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
 /// The same surface twice.
 struct Twice {
     static constexpr int dim = 2;
@@ -700,6 +722,34 @@ TEMPLATE_TEST_CASE("H13: a slide on an intersection touches its end, and goes on
     CHECK(word(out) == "exit_sliding enter_sliding");
     CHECK(out.events[1].t == Approx(0.9).epsilon(1e-9));
     CHECK(out.result.mode == Mode<2>{{0, 0}});
+}
+
+TEMPLATE_TEST_CASE("H13: a slide on coupled surfaces touches its end, and goes on", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // |s_2| = 1 - inside at t = 0, where the intersection hardly attracts
+    const Swaying systems[] = {{{-0.4, -0.75}, {{-2, 1.2}, {1, -2}}, {{1.6, -1.2}, {0.3, -0.2}}},
+                               {{-0.6, 0.9}, {{-2, -0.5}, {0.2, -2}}, {{-1.4, 0.3}, {-0.2, 1.1}}},
+                               {{0.9, 0.85}, {{-2, -0.7}, {0.1, -2}}, {{1.1, 0.7}, {-1.5, -0.9}}}};
+    const auto stopped = [&](double inside) {
+        int n = 0;
+        for (Swaying sys : systems)
+            for (const double tol : {1e-3, 1e-6, 1e-9, 1e-12})
+                for (const double start : {-2.3, -1.7, -1.0, -0.9}) {
+                    for (double& c : sys.c)
+                        c *= 1 - inside;
+                    const auto r = run<TestType>(sys, {}, V2(0, 0), start, 1, bounded<2>(tol));
+                    CHECK(faults(r) == "");
+                    n += r.result.status != Status::ok;
+                    if (r.result.status == Status::ok) {
+                        CHECK(r.result.mode == Mode<2>{{0, 0}});
+                        CHECK(r.result.x == V2(0, 0));
+                    }
+                }
+        return n;
+    };
+    CHECK(stopped(1e-9) == 0);
+    CHECK(stopped(1e-13) == 0);
+    CHECK(stopped(0) <= 2); // where rounding has the last word it seldom says "beyond"
 }
 
 TEMPLATE_TEST_CASE("H18: where an intersection ceases to attract the run stops", "[hard]",

@@ -175,7 +175,8 @@ private:
             return free;
         const Long phase = Long(z.omega) * Long(q.t0), c = std::cos(phase), s = std::sin(phase);
         const Vec<Long, 2> now(c, s);
-        const auto C = z.C.template cast<Long>().eval(), B = z.B.template cast<Long>().eval();
+        const auto C = z.C.template cast<Long>().eval();
+        const auto B = z.B.template cast<Long>().eval();
         const auto e = z.e.template cast<Long>().eval();
         const auto moved = z.q.template cast<Long>().eval();
         // rows w x = b that the start satisfies

@@ -278,9 +278,12 @@ public:
     /// The end of a slide that came before the end of this path, where L1 - L2 (guard `pole`) has
     /// just vanished: there 1 + s and 1 - s have poles, and where a root and the pole behind it lie
     /// between two probes, those show neither. Their numerators have no poles. None at a two-fold,
-    /// where they vanish with L1 - L2.
+    /// where they vanish with L1 - L2; and none of a slide on several surfaces, whose guard tells
+    /// of attraction and divides nothing.
     template <class Path> FILIPPOV_COLD Found<S> before_pole(int pole, Path& path) {
         Found<S> first;
+        if (slid_surfaces(at_.mode).n != 1)
+            return first;
         const S reach = S(1) - S(64) * ulp(S(at_.clock.local + path.dt)) / abs_(path.dt);
         if (!(reach > S(0)))
             return first;
