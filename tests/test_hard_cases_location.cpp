@@ -574,6 +574,61 @@ TEMPLATE_TEST_CASE("H25: a field that ends at its surface is followed to it", "[
     CHECK(r.result.mode[0] == 0);
 }
 
+TEMPLATE_TEST_CASE("H25: a field that ends at a surface far from zero is followed to it", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // u = place - x has the rounding of x, and f1 has one derivative, two or three there, or none
+    const double power = GENERATE(0.5, 1.5, 2.5);
+    const double place = GENERATE(0.0, 0.3, 1.0, 1000.0);
+    const double tol = GENERATE(1e-4, 1e-6, 1e-9, 1e-12);
+    const Line sys(
+        [=](const auto&, const auto& x) {
+            using std::pow;
+            return like(x, 2 + pow(place - x[0], power));
+        },
+        [](const auto&, const auto& x) { return like(x, 3); },
+        [=](const auto&, const auto& x) { return x[0] - place; });
+    // t = int du / (2 + u^q), u = w^2: Simpson's rule on a smooth integrand
+    const int n = 4000;
+    double sum = 0;
+    for (int i = 0; i <= n; ++i) {
+        const double w = double(i) / n, weight = i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2;
+        sum += weight * 2 * w / (2 + std::pow(w, 2 * power));
+    }
+    const double t = sum / n / 3, error = 10 * tol * (1 + place);
+    const auto r = go<TestType>(sys, V1(place - 1), 0, 1, bounded<1>(tol));
+    INFO("power " << power << ", at " << place << ", tol " << tol << r.result.message());
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "cross");
+    CHECK(r.events[1].t == Approx(t).epsilon(0).margin(error));
+    CHECK(r.result.x[0] == Approx(place + 3 * (1 - t)).epsilon(0).margin(3 * error));
+}
+
+TEMPLATE_TEST_CASE("H25: a slide ends where friction grows or falls like a root of the speed",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // beyond t = 1: u' = t - 1 - k sqrt(u), so u = (z (t - 1))^2 with 2 z^2 + k z = 1
+    const double k = GENERATE(0.5, 0.01, -0.3, -2.0);
+    const double belt = GENERATE(0.7, 2.0, -30.0);
+    const double tol = GENERATE(1e-6, 1e-9, 1e-12);
+    const auto side = [=](double sign) {
+        return [=](const auto& t, const auto& x) {
+            using std::sqrt;
+            return like(x, t - sign * (1 + k * sqrt(sign * (x[0] - belt))));
+        };
+    };
+    const Line sys(side(-1), side(+1), [=](const auto&, const auto& x) { return x[0] - belt; });
+    const auto r = go<TestType>(sys, V1(belt), 0, 2, bounded<1>(tol));
+    const double z = (std::sqrt(k * k + 8) - k) / 4;
+    INFO("k " << k << ", belt " << belt << ", tol " << tol << r.result.message());
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "exit_sliding");
+    CHECK(r.events[1].t == Approx(1).epsilon(1e-14));
+    // an error in sqrt(u) of the size of sqrt(tol), at sqrt(u) = sqrt(tol), falls like
+    // (t - 1)^(-1 / (2 z^2)): slowly where friction falls fast
+    const double carried = std::pow(tol, std::min(1.0, (1 + 0.5 / (z * z)) / 2));
+    CHECK(r.result.x[0] - belt ==
+          Approx(z * z).epsilon(0).margin(100 * carried * (1 + std::abs(belt))));
+}
+
 TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed exactly", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const double gap = GENERATE(1e-1, 1e-3, 1e-6, 1e-9);

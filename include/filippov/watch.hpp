@@ -516,7 +516,8 @@ private:
         if (contact == Contact::touch && g < Guard<M>::first_section && at_.mode[g / 3] != 0 &&
             !far_side_attracts(g / 3, S(at_.clock.local + theta * path.dt), path(theta)))
             contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
-        if (contact == Contact::none && w.descended && first_minimum(raw, w.start, theta))
+        if (contact == Contact::none && w.descended &&
+            first_minimum(raw, S(w.start - touch_band(g, true)), theta))
             contact = Contact::touch;
         w.descended =
             outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
@@ -560,16 +561,16 @@ private:
         return true;
     }
 
-    /// The minimum of a guard that still falls at the start of a step. Steps are cut where a
-    /// contact is near, so the least distance tends to lie just behind the start, too close to it
-    /// for the pieces of first_contact.
-    template <class Raw> static bool first_minimum(const Raw& raw, const S& start, S& theta) {
+    /// The minimum of a guard that still falls at the start of a step, below what is lower than
+    /// there but for rounding. Steps are cut where a contact is near, so the least distance tends
+    /// to lie just behind the start, too close to it for the pieces of first_contact.
+    template <class Raw> static bool first_minimum(const Raw& raw, const S& below, S& theta) {
         S u(1), later = raw(u);
         for (int k = 0; k < 40; ++k) {
             const S value = raw(S(u / S(2)));
-            if (value < start && value <= later) {
+            if (value < below && value <= later) {
                 theta = minimum<S>(raw, S(0), u);
-                return raw(theta) < start;
+                return raw(theta) < below;
             }
             u /= S(2);
             later = value;
