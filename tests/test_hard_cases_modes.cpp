@@ -26,6 +26,26 @@ template <class L1, class L2> Plane strip(L1 l1, L2 l2) {
             [l2](const auto&, const auto& x) { return like(x, 1, l2(x[0])); }, y_is_h};
 }
 
+/// The strip with l1 = (x - 1)^2 - depth, or -(x - 1)^3, above it -1, and its slides known.
+struct KnownStrip {
+    static constexpr int dim = 2;
+    bool cubic;
+    double depth = 0;
+
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        const S u = x[0] - S(1);
+        return {S(1), cubic ? S(-u * u * u) : S(u * u - S(depth))};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(1), S(-1)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <Scalar S>
+    Vec<S, 2> sliding_flow(const S&, const Vec<S, 2>& x, const Vec<S, 0>&, const S& dt) const {
+        return {x[0] + dt, x[1]};
+    }
+};
+
 const auto down = [](const auto& x) { return x * 0 - 1; };
 const auto up = [](const auto& x) { return x * 0 + 1; };
 const auto plus_x = [](const auto& x) { return x; };
@@ -122,6 +142,44 @@ TEMPLATE_TEST_CASE("H6: where L1 vanishes triply it changes sign, and the slide 
     REQUIRE(word(r) == "exit_sliding");
     CHECK(r.events[1].t == Approx(from).epsilon(0).margin(1e-5));
     CHECK(r.result.x[1] == Approx(-0.25).epsilon(0).margin(std::max(1e-9, tol)));
+}
+
+TEMPLATE_TEST_CASE("H6: where L1 vanishes triply a slide in closed form ends, too", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double from = GENERATE(1.0, 0.9, 0.7, 0.31);
+    const double tol = GENERATE(1e-4, 1e-6, 1e-9, 1e-12);
+    INFO("from " << from << ", tol " << tol);
+    const auto r =
+        run<TestType>(KnownStrip{true}, {}, V2(1 - from, 0), 0, from + 1, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(word(r) == "exit_sliding");
+    CHECK(r.events[1].t == Approx(from).epsilon(0).margin(1e-5)); // (see above)
+    CHECK(r.result.x[1] == Approx(-0.25).epsilon(0).margin(std::max(1e-9, tol)));
+}
+
+TEMPLATE_TEST_CASE("H13: a slide in closed form passes a dip of s, or leaves in it", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // s < -1 within sqrt(depth) of x = 1; what leaves comes back at 1 + 2 sqrt(depth)
+    const double depth =
+        GENERATE(0.0, 1e-15, 1e-14, 1e-12, 1e-11, 1e-10, 1e-9, 3e-9, 1e-8, 1e-7, 1e-6, 1e-4);
+    const double tol = GENERATE(1e-4, 1e-6, 1e-8, 1e-10, 1e-12);
+    INFO("depth " << depth << ", tol " << tol);
+    const auto r = run<TestType>(KnownStrip{false, depth}, {}, V2(0, 0), 0, 2, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.result.mode[0] == 0);
+    CHECK(r.result.x[1] == 0);
+    const bool touches = word(r) == "slide_extremum";
+    const bool leaves = word(r) == "exit_sliding enter_sliding";
+    if (depth > 10 * tol) {
+        REQUIRE(leaves);
+        const double half = std::sqrt(depth);
+        CHECK(r.events[1].t == Approx(1 - half).epsilon(0).margin(1e-12));
+        // it comes back at the speed 3 depth, whose reciprocal errors are multiplied by
+        CHECK(r.events[2].t == Approx(1 + 2 * half).epsilon(0).margin(1e-12 + tol));
+    } else if (depth < 0.1 * tol)
+        CHECK(touches);
+    else
+        CHECK(r.events.size() <= 5);
 }
 
 TEMPLATE_TEST_CASE("H6: a start on a double zero of L1 goes where the second derivative says",

@@ -242,8 +242,16 @@ private:
             arrival.below_tangent = guard != Guard<M>::above(j);
             arrival.above_tangent = guard != Guard<M>::below(j);
         }
-        Verdict<M> v = admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_,
-                                  arrival, settings_.on_nonunique);
+        const auto judged = [&] {
+            return admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_, arrival,
+                              settings_.on_nonunique);
+        };
+        Verdict<M> v = judged();
+        if (v.finite && (v.below.sign == 0 || v.above.sign == 0) &&
+            segment_.longer_time_scale() > arrival.tau) {
+            arrival.tau = segment_.longer_time_scale();
+            v = judged();
+        }
         if (is_kind(sys_, j, SurfaceKind::kink) && v.finite) {
             // The field is continuous: both sides' departures are the same, and where there is none
             // the solution goes on along the kink, on either side. What was met has been crossed.

@@ -60,6 +60,9 @@ public:
     const Diagnosis<S, N, M>& diagnosis() const { return diagnosis_; }
     /// A time over which the solution changes: the step size, unless settings make it tiny.
     S time_scale() const { return std::max(abs_(dt_), natural_step_); }
+    /// The same for what that time shows nothing of: the window of a slide in closed form, which no
+    /// tolerance has made short.
+    S longer_time_scale() const { return std::max(time_scale(), window_); }
 
     void set_state(const X& x) {
         place_.put(x);
@@ -109,6 +112,7 @@ public:
 
     /// Follows the mode to the next stop.
     Stop advance() {
+        window_ = S(0);
         if (sliding_surface(place_.mode) >= 0) {
             if constexpr (HasSlidingFlow<Sys, S>)
                 if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
@@ -527,6 +531,7 @@ private:
                               place_.resolution());
             const bool last = window >= abs_(remaining_);
             Path path{place_, last ? remaining_ : forward() * window, X(place_.x)};
+            window_ = abs_(path.dt);
             path.probe(watch_);
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
@@ -550,6 +555,7 @@ private:
     Clock<S> end_{};
     S dt_ = S(0);
     S natural_step_ = S(0); ///< what the first step would be if no setting said otherwise
+    S window_ = S(0);       ///< length of the last window of a slide in closed form
     S reach_ = std::numeric_limits<S>::infinity(); ///< where the next step should end at the latest
     S first_reach_ = std::numeric_limits<S>::infinity(); ///< of the first step after an event
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial

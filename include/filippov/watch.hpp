@@ -127,8 +127,10 @@ public:
     /// A step was taken: the next one starts where it ended, or still on its root.
     template <class Path> FILIPPOV_INLINE void go_on() {
         for (const int g : active_guards()) {
-            if (trace(g).order > 0 && says_nothing<Path>(g)) [[unlikely]]
-                continue; // still on its root
+            const bool on_root =
+                trace(g).order > 0 && (says_nothing<Path>(g) || is_below_zero<Path>(g));
+            if (on_root) [[unlikely]]
+                continue; // still
             trace(g).start = trace(g).probe[Path::Times::n];
             trace(g).order = 0;
         }
@@ -464,6 +466,13 @@ private:
         const Range<S> r = trace(g).template range<typename Path::Times>();
         const S band = touch_band(g, true);
         return r.high <= band && r.low >= -band;
+    }
+
+    /// True of a guard that has touched zero a little beyond it, within the tolerance, and has not
+    /// come back yet: it is measured from that touch.
+    template <class Path> bool is_below_zero(int g) const {
+        const GuardTrace& w = trace(g);
+        return w.offset < S(0) && !(w.probe[Path::Times::n] > S(0));
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient.
