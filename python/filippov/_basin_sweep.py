@@ -166,6 +166,7 @@ def follow_basins(
         if name in settings:
             refuse("settings", name, "expected settings of each picture")
     base = sys._merged(params)
+    sys._require_period(base, {parameter: wanted[[0, -1]].tolist()})
     sweep = _Sweep(threshold)
     raised: BaseException | None = None
     with shown(progress, "value") as show:

@@ -178,6 +178,7 @@ def bifurcation_set(
     expected = "expected two finite numbers, low < high"
     spans = {name: pair(f"box[{name!r}]", box[name], expected) for name in names}
     values = sys._merged(params)
+    sys._require_period(values, spans)
     low, high = zip(*spans.values(), strict=True)
     tolerances = precision(rtol, atol, max_steps)
     with shown(progress, "curve") as show:

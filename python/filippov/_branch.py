@@ -403,6 +403,7 @@ def _over_one(
     name = _one_parameter(orbit, parameter)
     span = _bounds("bounds", bounds, name, orbit.params[name])
     sys = orbit.system
+    sys._require_period(orbit.params, {name: span})
     index = list(sys.params).index(name)
     point = (-1, -1, 0)
     if isinstance(start, SpecialPoint):
@@ -448,6 +449,7 @@ def _in_two(
         name: _bounds(f"bounds[{k}]", each, name, params[name])
         for k, (name, each) in enumerate(zip(names, (first, second), strict=True))
     }
+    sys._require_period(params, spans)
     index = [list(sys.params).index(name) for name in names]
     low, high = zip(*spans.values(), strict=True)
     found = _core.trace_curves(

@@ -18,13 +18,14 @@ import numpy as np
 
 from . import _core
 from ._check import mapping, name_of, refuse
+from ._period import Repeats, check_period
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
 #: Smooth functions in place of a sign.
 LAWS = ("arctan", "tanh", "saturation")
 
-__all__ = ["LAWS", "Definition", "Formula", "Function", "check", "check_period", "define"]
+__all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define"]
 
 #: `f(t, s, p)`: time, state and parameters by name; the derivatives, one a component.
 Function = Callable[..., Any]
@@ -61,6 +62,8 @@ class Definition:
     region: list[list[int]] = default(default_factory=list)  #: bit j of its number: side of h_j
     #: what tells functions apart that are not recorded
     token: str = default(default_factory=lambda: os.urandom(16).hex())
+    #: at which parameter values the period is known to be right
+    repeats: Repeats = default(default_factory=Repeats, compare=False, repr=False)
 
     def made(self) -> tuple[_core.Model, Definition]:
         """Compile it."""
@@ -415,33 +418,6 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
                     f" {float(got[i]):.9g}, and is {float(wanted[i]):.9g} at t = {t:.6g}, {at}. A"
                     " function is called once, to be recorded: it cannot use random numbers, change"
                     " what it uses, or write into arrays"
-                )
-
-
-def check_period(model: _core.Model, definition: Definition) -> None:
-    """Compare the fields with themselves a period later."""
-    values = np.array(list(definition.params.values()))
-    period = model.period(values)
-    if definition.period is None or not 0 < period < math.inf:
-        return
-    random = np.random.default_rng(20080131)
-    for k in range(8):
-        t = np.array([period * random.random()])
-        x = random.standard_normal((1, len(definition.state))) * 10.0 ** (k % 3 - 1)
-        side = [1 if v > 0 else -1 for v in random.standard_normal(model.surfaces)]
-        sides = [
-            (model.field(at, x, side, values), model.h(at, x, values)) for at in (t, t + period)
-        ]
-        for before, after in zip(*sides, strict=True):
-            size = float(np.max(np.abs(before), initial=0.0))
-            if (
-                np.all(np.isfinite(before))
-                and np.max(np.abs(before - after), initial=0.0) > 1e-6 * size
-            ):
-                raise DefinitionError(
-                    f"{definition.name} does not repeat after its period, {period:.9g}: at t ="
-                    f" {t[0]:.6g} and a period later it differs by"
-                    f" {np.max(np.abs(before - after)):.3g}"
                 )
 
 

@@ -277,6 +277,7 @@ def bifurcation_diagram(
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     parameter, values = _one_swept(sys, swept, params)
     fixed = sys._merged(params)
+    sys._require_period(fixed, {parameter: values[[0, -1]].tolist()})
     rows = np.tile(np.array(list(fixed.values()), dtype=np.float64), (values.size, 1))
     rows[:, list(fixed).index(parameter)] = values
     start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)

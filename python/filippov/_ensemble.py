@@ -467,6 +467,13 @@ class _Members:
             expected = "expected shapes that broadcast with each other"
             raise ValueError(f"x0, t_span, params: {error} ({expected})") from None
         self.size = math.prod(self.shape)
+        for member in (0, -1) if self.size else ():
+            sys._require_period(
+                {
+                    name: float(np.broadcast_to(value, self.shape).flat[member])
+                    for name, value in self.params.items()
+                }
+            )
 
     def rows(self) -> tuple[Arrays, Arrays]:
         """Give starts, parameters and times: those that all share, and those with a row a member.

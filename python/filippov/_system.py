@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -11,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import among, floats, mapping, name_of, number, one_of, refuse
-from ._define import Definition, Formula, Function, check, check_period, define
+from ._define import Definition, Formula, Function, check, define
 from ._foreign import Surroundings, warn_slow
 from ._formula import cpp_struct, latex, latex_name, write
+from ._period import check_period, require_period
 from ._types import FloatOrArray, Floats
 
 __all__ = ["Params", "System", "restore", "restore_defined", "switches_of", "system"]
@@ -660,7 +662,24 @@ class System:
                 merged[name] = number(what, value, "expected a finite number > 0", above=0.0)
             else:
                 merged[name] = number(what, value)
+        self._require_period(merged)
         return Params(merged)
+
+    def _require_period(
+        self, params: Mapping[str, float], ends: Mapping[str, Sequence[float]] | None = None
+    ) -> None:
+        """Refuse parameter values at which the period is another one.
+
+        Parameters
+        ----------
+        ends : mapping, optional
+            Ends of the ranges of some of them: every combination is looked at.
+        """
+        if self._definition is None or self._definition.period is None:
+            return
+        for values in itertools.product(*(ends or {}).values()):
+            here = dict(params) | dict(zip(ends or {}, map(float, values), strict=True))
+            require_period(self._model, self._definition, here)
 
     def _positive(self) -> tuple[str, ...]:
         """Parameters that have to be > 0."""
