@@ -48,6 +48,85 @@ TEST_CASE("split: multiples are one surface, whatever their sign", "[formulas]")
     CHECK(d.graph.value(d.region[1][1], 0, std::vector{3.0, 0.5}, {}) == -0.5);
 }
 
+TEST_CASE("split: surfaces that are near each other by default are two", "[formulas]") {
+    for (const double d : {1e-6, 1e-9, 1e-12, 1e-18, 1e-300}) {
+        CAPTURE(d);
+        const auto two = plane(
+            [](Graph& g, Expr x, Expr y, Expr p) {
+                const Expr u = g.sub(x, g.constant(1));
+                return std::vector{g.add(sign(g, u), sign(g, g.sub(u, p))), y};
+            },
+            d);
+        REQUIRE(two.surfaces() == 2);
+        CHECK(two.kind == std::vector(2, SurfaceKind::switching));
+        // between them, for another distance
+        const std::vector<double> at{1.2, 0}, p{0.5};
+        std::size_t code = 0;
+        for (std::size_t j = 0; j < 2; ++j)
+            code |= std::size_t(two.graph.value(two.h[j], 0, at, p) > 0) << j;
+        CHECK(two.graph.value(two.region[code][0], 0, at, p) == 0);
+        // a constant, next to zero
+        CHECK(plane([d](Graph& g, Expr x, Expr y, Expr) {
+                  return std::vector{g.add(sign(g, x), sign(g, g.sub(x, g.constant(d)))), y};
+              }).surfaces() == 2);
+    }
+}
+
+TEST_CASE("split: surfaces that differ, by less than rounding, are refused", "[formulas]") {
+    const auto band = [](double from, double width) {
+        return plane([&](Graph& g, Expr x, Expr y, Expr) {
+            const Expr u = g.sub(x, g.constant(from));
+            return std::vector{g.add(sign(g, u), sign(g, g.sub(u, g.constant(width)))), y};
+        });
+    };
+    CHECK(band(1, 1e-12).surfaces() == 2);
+    CHECK(band(0, 1e-18).surfaces() == 2);
+    CHECK_THROWS_WITH(band(1, 1e-18), Catch::Matchers::ContainsSubstring("differ by 1e-18 alone"));
+    // what was written in two ways is one: 0.1 + 0.2 is not 0.3
+    CHECK(plane([](Graph& g, Expr x, Expr y, Expr) {
+              const Expr a = g.sub(g.sub(x, g.constant(0.1)), g.constant(0.2));
+              return std::vector{g.add(sign(g, a), sign(g, g.sub(x, g.constant(0.3)))), y};
+          }).surfaces() == 1);
+    CHECK(plane([](Graph& g, Expr x, Expr y, Expr) { // sin(2x) = 2 sin(x) cos(x)
+              const Expr a = g.sub(g.unary(Op::sin, g.mul(g.constant(2), x)), g.constant(0.5));
+              const Expr b =
+                  g.sub(g.mul(g.constant(4), g.mul(g.unary(Op::sin, x), g.unary(Op::cos, x))),
+                        g.constant(1));
+              return std::vector{g.add(sign(g, a), sign(g, b)), y};
+          })
+              .surfaces() == 1);
+}
+
+TEST_CASE("split: a jump is one whatever the size of what is given", "[formulas]") {
+    for (const double F : {0.0, 1e-300, 1e-18, 1e-9, 1.0, -1e-18})
+        for (const double k : {1.0, 1e9}) {
+            CAPTURE(F, k);
+            const auto kind = [&](const auto& force) {
+                Definition d;
+                d.dim = 2;
+                d.defaults = {F, k, 2};
+                Graph& g = d.graph;
+                const Expr p = g.param(0), kx = g.mul(g.param(1), g.state(0)), m = g.param(2);
+                const std::vector field{g.state(1), force(g, p, kx, g.state(1), m)};
+                split(d, field);
+                return d.kind;
+            };
+            // -k x - F sign(v); the same over a mass; k x (1 + F sign(v)); k x + F |v|
+            CHECK(kind([](Graph& g, Expr p, Expr kx, Expr v, Expr) {
+                      return g.sub(g.neg(kx), g.mul(p, sign(g, v)));
+                  }) == std::vector{SurfaceKind::switching});
+            CHECK(kind([](Graph& g, Expr p, Expr kx, Expr v, Expr m) {
+                      return g.div(g.sub(g.neg(kx), g.mul(p, sign(g, v))), m);
+                  }) == std::vector{SurfaceKind::switching});
+            CHECK(kind([](Graph& g, Expr p, Expr kx, Expr v, Expr) {
+                      return g.mul(kx, g.add(g.constant(1), g.mul(p, sign(g, v))));
+                  }) == std::vector{SurfaceKind::switching});
+            CHECK(kind([](Graph& g, Expr p, Expr kx, Expr v, Expr) {
+                      return g.add(kx, g.mul(p, g.abs(v)));
+                  }) == std::vector{SurfaceKind::kink});
+        }
+}
+
 TEST_CASE("split: what is proportional at positive times only is another surface", "[formulas]") {
     const Definition d = plane([](Graph& g, Expr, Expr y, Expr) {
         const Expr t = g.time(), size = g.unary(Op::sqrt, g.mul(t, t));

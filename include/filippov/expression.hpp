@@ -312,15 +312,42 @@ public:
     double value(Expr e, double t, std::span<const double> x, std::span<const double> p) const {
         std::vector<double> v(std::size_t(e) + 1, 0.0);
         for (const Expr i : below(e)) {
-            const Node& n = (*this)[i];
             std::array<double, 3> arg{};
-            for (int k = 0; k < arity(n.op); ++k)
-                arg[std::size_t(k)] = v[std::size_t(n.arg[std::size_t(k)])];
-            v[std::size_t(i)] = n.op == Op::time    ? t
-                                : n.op == Op::state ? x[std::size_t(n.index)]
-                                : n.op == Op::param ? p[std::size_t(n.index)]
-                                : n.op == Op::call  ? called(n, t, x, p)
-                                                    : value_of(n, arg);
+            for (int k = 0; k < arity((*this)[i].op); ++k)
+                arg[std::size_t(k)] = v[std::size_t((*this)[i].arg[std::size_t(k)])];
+            v[std::size_t(i)] = value_at((*this)[i], arg, t, x, p);
+        }
+        return v[std::size_t(e)];
+    }
+    /// A value, and how far rounding of constants, inputs and operations may have moved it.
+    struct Rounded {
+        double value = 0, error = 0;
+    };
+    /// Its value at a point with a bound of its rounding, to first order. The error is no number
+    /// where an operand is as near to the end of a domain as its own rounding.
+    Rounded rounded(Expr e, double t, std::span<const double> x, std::span<const double> p) const {
+        constexpr double epsilon = std::numeric_limits<double>::epsilon();
+        std::vector<Rounded> v(std::size_t(e) + 1);
+        for (const Expr i : below(e)) {
+            const Node& n = (*this)[i];
+            const int operands = arity(n.op);
+            std::array<double, 3> arg{};
+            for (int k = 0; k < operands; ++k)
+                arg[std::size_t(k)] = v[std::size_t(n.arg[std::size_t(k)])].value;
+            Rounded& now = v[std::size_t(i)];
+            now.value = value_at(n, arg, t, x, p);
+            now.error = (n.op == Op::call ? 64 : 1) * epsilon * std::abs(now.value);
+            for (int k = 0; k < operands; ++k) {
+                const double by = v[std::size_t(n.arg[std::size_t(k)])].error;
+                double most = 0;
+                for (const double moved : {-by, by}) {
+                    auto other = arg;
+                    other[std::size_t(k)] += moved;
+                    const double change = std::abs(value_of(n, other) - now.value);
+                    most = change <= most ? most : change; // NaN stays
+                }
+                now.error += most;
+            }
         }
         return v[std::size_t(e)];
     }
@@ -433,6 +460,14 @@ private:
         has_params_.push_back(has_params);
         known_.emplace(Key{n.op, n.arg, n.index, n.value}, e);
         return e;
+    }
+    double value_at(const Node& n, const std::array<double, 3>& arg, double t,
+                    std::span<const double> x, std::span<const double> p) const {
+        return n.op == Op::time    ? t
+               : n.op == Op::state ? x[std::size_t(n.index)]
+               : n.op == Op::param ? p[std::size_t(n.index)]
+               : n.op == Op::call  ? called(n, t, x, p)
+                                   : value_of(n, arg);
     }
     double called(const Node& n, double t, std::span<const double> x,
                   std::span<const double> p) const {

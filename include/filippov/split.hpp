@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <random>
@@ -53,25 +54,39 @@ public:
         std::mt19937_64 random(20080131);
         std::normal_distribution<double> normal;
         std::uniform_real_distribution<double> uniform(0, 1);
-        for (int i = 0; i < draws; ++i) {
+        const auto draw = [&](std::vector<Point>& to, const auto& size_of) {
             std::vector<double> p;
-            for (const double value : defaults) // the first draw is what is given
-                p.push_back(i == 0       ? value
-                            : value == 0 ? 0.3 * normal(random)
-                                         : value * (1 + 0.2 * (2 * uniform(random) - 1)));
+            for (const double value : defaults)
+                p.push_back(size_of(value));
             for (int k = 0; k < points; ++k) {
                 const double size = std::pow(10.0, k % 3 - 1); // 0.1, 1, 10
                 Point point{20 * uniform(random) - 10, {}, p};
                 for (int j = 0; j < dim; ++j)
                     point.x.push_back(size * normal(random));
-                all_.push_back(std::move(point));
+                to.push_back(std::move(point));
             }
-        }
+        };
+        for (int i = 0; i < draws; ++i)
+            draw(all_, [&](double value) { // the first draw is what is given
+                return i == 0       ? value
+                       : value == 0 ? 0.3 * normal(random)
+                                    : value * (1 + 0.2 * (2 * uniform(random) - 1));
+            });
+        // What is tiny as given may be large another time: sizes around 1, then around the given.
+        for (int i = 0; i < draws; ++i)
+            draw(wide_, [&](double value) {
+                const double factor = std::pow(10.0, 2 * uniform(random) - 1);
+                return value == 0   ? factor * normal(random)
+                       : i % 2 == 0 ? std::copysign(factor, value)
+                                    : 10 * factor * value;
+            });
     }
     std::span<const Point> all() const { return all_; }
+    /// Others whose parameters are far from the given ones. Not everything has a value there.
+    std::span<const Point> wide() const { return wide_; }
 
 private:
-    std::vector<Point> all_;
+    std::vector<Point> all_, wide_;
 };
 
 class Splitter {
@@ -130,17 +145,7 @@ public:
         Samples::Point at;
         std::array<Samples::Point, 2> beside;
     };
-    std::vector<OnSurface> points_on(Expr h) {
-        std::vector<Expr> gradient;
-        for (std::size_t i = 0; i < samples_.all()[0].x.size(); ++i)
-            gradient.push_back(graph_.derivative(h, graph_.state(int(i))));
-        const Expr h_t = graph_.derivative(h, graph_.time());
-        std::vector<OnSurface> points;
-        for (const Samples::Point& start : samples_.all())
-            if (auto found = put_on(h, gradient, h_t, start))
-                points.push_back(std::move(*found));
-        return points;
-    }
+    std::vector<OnSurface> points_on(Expr h) { return points_on(graph_, h, samples_.all()); }
     /// Surfaces other than j that have one sign all along surface j, as x - 1 on x + 1 = 0.
     std::vector<std::size_t> of_one_sign(std::size_t j, std::span<const OnSurface> points) const {
         std::vector<std::size_t> found;
@@ -163,34 +168,118 @@ public:
     /// True if what is computed on both sides of a surface is equal on it: no further apart than
     /// rounding of the values, or of the point. Where nothing can be computed, no.
     bool continuous(std::span<const OnSurface> points, std::span<const Expr> f,
-                    std::span<const Expr> g) const {
-        for (std::size_t i = 0; i < f.size(); ++i) {
-            if (f[i] == g[i])
-                continue;
-            bool known = false;
-            for (const OnSurface& point : points) {
-                const double a = value(f[i], point.at), b = value(g[i], point.at);
-                if (!std::isfinite(a - b))
-                    continue;
-                known = true;
-                // of a kink it is proportional to the distance at most
-                double beside = 0;
-                for (const Samples::Point& near : point.beside) {
-                    const double d = std::abs(value(f[i], near) - value(g[i], near));
-                    beside = std::isfinite(d) ? std::max(beside, d) : beside;
-                }
-                constexpr double noise = 64 * epsilon<double>;
-                if (!(std::abs(a - b) <= 1e-3 * beside + noise * (std::abs(a) + std::abs(b))))
-                    return false;
-            }
-            if (!known)
+                    std::span<const Expr> g) {
+        for (std::size_t i = 0; i < f.size(); ++i)
+            if (f[i] != g[i] &&
+                (differs(points, {{1, f[i]}, {-1, g[i]}}, graph_, false).value_or(true) ||
+                 differs_in_part(points, f[i], g[i])))
                 return false;
-        }
         return true;
     }
 
 private:
     static constexpr int unknown = 0;
+    static constexpr double noise = 64 * epsilon<double>;
+
+    /// A sum: factors and what they are of.
+    using Terms = std::vector<std::pair<double, Expr>>;
+
+    /// Whether a difference is not zero on a surface; none where it has no value.
+    /// @param bounded  of terms whose errors may be larger than rounding of their values
+    static std::optional<bool> differs(std::span<const OnSurface> points, const Terms& difference,
+                                       const Graph& graph, bool bounded) {
+        const auto sum = [&](const Samples::Point& at) {
+            Graph::Rounded total;
+            for (const auto& [factor, e] : difference) {
+                const auto [value, error] = graph.rounded(e, at.t, at.x, at.p);
+                total.value += factor * value;
+                total.error +=
+                    std::abs(factor) * (noise * std::abs(value) + (bounded ? 4 * error : 0));
+            }
+            return total;
+        };
+        bool known = false;
+        for (const OnSurface& point : points) {
+            const auto [value, error] = sum(point.at);
+            if (!std::isfinite(value) || std::isnan(error))
+                continue;
+            known = true;
+            // of a kink it is proportional to the distance at most
+            double beside = 0;
+            for (const Samples::Point& near : point.beside)
+                if (const double d = std::abs(sum(near).value); std::isfinite(d))
+                    beside = std::max(beside, d);
+            if (!(std::abs(value) <= 1e-3 * beside + error))
+                return true;
+        }
+        return known ? std::optional(false) : std::nullopt;
+    }
+    /// The same of what is left when the terms that both have are taken away: a jump by 1e-18 does
+    /// not vanish in the rounding of what it is added to.
+    bool differs_in_part(std::span<const OnSurface> points, Expr f, Expr g) {
+        Graph& graph = scratch();
+        Terms terms;
+        if (!expand(graph, f, 1, terms) || !expand(graph, g, -1, terms))
+            return false;
+        std::map<Expr, std::pair<double, double>> sum; // factors, and their sizes
+        for (const auto& [factor, e] : terms) {
+            sum[e].first += factor;
+            sum[e].second += std::abs(factor);
+        }
+        Terms rest;
+        for (const auto& [e, factor] : sum)
+            if (std::abs(factor.first) > noise * factor.second)
+                rest.emplace_back(factor.first, e);
+        return !rest.empty() && rest.size() < terms.size() &&
+               differs(points, rest, graph, true).value_or(false);
+    }
+    /// An expression as a sum, with products and quotients of sums multiplied out.
+    /// @return  false if it is too long
+    static bool expand(Graph& graph, Expr e, double factor, Terms& to) {
+        constexpr std::size_t most = 256;
+        const Graph::Node n = graph[e];
+        const auto [a, b, none] = n.arg;
+        if (to.size() >= most)
+            return false;
+        if (n.op == Op::add || n.op == Op::sub)
+            return expand(graph, a, factor, to) &&
+                   expand(graph, b, n.op == Op::add ? factor : -factor, to);
+        if (n.op == Op::neg)
+            return expand(graph, a, -factor, to);
+        if (n.op != Op::mul && n.op != Op::div) {
+            to.emplace_back(factor, e);
+            return true;
+        }
+        Terms first, second;
+        if (!expand(graph, a, 1, first))
+            return false;
+        if (n.op == Op::div)
+            second.emplace_back(1, b);
+        else if (!expand(graph, b, 1, second))
+            return false;
+        if (to.size() + first.size() * second.size() > most)
+            return false;
+        for (const auto& [c, u] : first)
+            for (const auto& [d, v] : second) {
+                double size = c * d * factor;
+                Expr product = n.op == Op::mul ? graph.mul(u, v) : graph.div(u, v);
+                for (bool more = true; more;) { // constants and signs out of it
+                    const Graph::Node p = graph[product];
+                    more = false;
+                    if (p.op == Op::neg) {
+                        size = -size;
+                        product = p.arg[0];
+                        more = true;
+                    } else if (p.op == Op::mul && graph.is_constant(p.arg[0])) {
+                        size *= graph[p.arg[0]].value;
+                        product = p.arg[1];
+                        more = true;
+                    }
+                }
+                to.emplace_back(size, product);
+            }
+        return true;
+    }
 
     void one_more(Expr h) {
         if (surfaces_.size() == most_split_surfaces)
@@ -246,38 +335,117 @@ private:
     }
 
     /// The sign of u/h if that is the same at all times and states.
+    ///
+    /// Far from a surface x - 1 and x - 1 - d, with a tiny d, look the same. So parameters are
+    /// taken of other sizes, too, and one is evaluated where the other is zero.
     std::optional<Expr> proportion(Expr u, Expr h) {
         if (u == h)
             return graph_.constant(1);
         double low = std::numeric_limits<double>::infinity(), high = -low;
         const Samples::Point* reference = nullptr;
-        const auto all = samples_.all();
-        for (std::size_t draw = 0; draw < Samples::draws; ++draw) {
-            double first = 0;
-            int n = 0;
-            for (const auto& point : all.subspan(draw * Samples::points, Samples::points)) {
-                const double ratio = graph_.value(u, point.t, point.x, point.p) /
-                                     graph_.value(h, point.t, point.x, point.p);
-                if (!std::isfinite(ratio) || ratio == 0)
-                    continue;
-                if (n++ == 0)
-                    first = ratio;
-                if (!(std::abs(ratio - first) <= 1e-9 * std::abs(first)))
+        std::vector<Draw> seen;
+        for (const auto& [all, given] :
+             {std::pair(samples_.all(), true), std::pair(samples_.wide(), false)})
+            for (std::size_t draw = 0; draw < Samples::draws; ++draw) {
+                const auto points = all.subspan(draw * Samples::points, Samples::points);
+                std::vector<Graph::Rounded> ratios;
+                for (const auto& point : points) {
+                    const Graph::Rounded ratio = quotient(u, h, point);
+                    if (!std::isfinite(ratio.value) || !(relative(ratio) < 0.1))
+                        continue;
+                    ratios.push_back(ratio);
+                    if (reference == nullptr)
+                        reference = &point;
+                }
+                if (given && !ratios.empty() && ratios.size() < 3)
                     return std::nullopt;
-                low = std::min(low, ratio);
-                high = std::max(high, ratio);
-                if (reference == nullptr)
-                    reference = &point;
+                if (ratios.size() < 3)
+                    continue;
+                const Graph::Rounded best = *std::ranges::min_element(ratios, {}, relative);
+                for (const auto& [ratio, error] : ratios)
+                    if (!(std::abs(ratio - best.value) <=
+                          1e-9 * std::abs(best.value) + 8 * (error + best.error)))
+                        return std::nullopt;
+                low = std::min(low, best.value);
+                high = std::max(high, best.value);
+                seen.push_back({points, best.value});
             }
-            if (n > 0 && n < 3)
-                return std::nullopt;
-        }
-        if (reference == nullptr)
+        if (seen.empty() || !vanish_together(u, h, seen))
             return std::nullopt;
+        refuse_neighbours(u, h);
         if (high - low <= 1e-9 * std::abs(low))
             return graph_.constant(low > 0 ? 1 : -1);
         const Expr ratio = graph_.div(at(u, *reference), at(h, *reference));
         return graph_.unary(Op::sign, ratio);
+    }
+    static double relative(const Graph::Rounded& v) { return v.error / std::abs(v.value); }
+    struct Draw {
+        std::span<const Samples::Point> points;
+        double ratio;
+    };
+    Graph::Rounded quotient(Expr u, Expr h, const Samples::Point& at) const {
+        const auto a = graph_.rounded(u, at.t, at.x, at.p), b = graph_.rounded(h, at.t, at.x, at.p);
+        const double ratio = a.value / b.value;
+        return {ratio, (a.error + std::abs(ratio) * b.error) / std::abs(b.value)};
+    }
+    /// True if u = ratio h, to rounding, also where h = 0: at a few points of each draw.
+    bool vanish_together(Expr u, Expr h, std::span<const Draw> draws) {
+        Graph& graph = scratch();
+        for (const Draw& draw : draws)
+            for (const OnSurface& point : points_on(graph, h, draw.points.first(3))) {
+                const Samples::Point& at = point.at;
+                const auto a = graph.rounded(u, at.t, at.x, at.p);
+                const auto b = graph.rounded(h, at.t, at.x, at.p);
+                const double error = a.error + std::abs(draw.ratio) * b.error;
+                if (std::abs(a.value - draw.ratio * b.value) > 8 * error)
+                    return false;
+            }
+        return true;
+    }
+    /// Refuses what is equal to rounding, but not as it was written: |v - 1| < 1e-16 is a band
+    /// whose sides cannot be told apart, and what holds inside would be lost.
+    void refuse_neighbours(Expr u, Expr h) {
+        Graph& graph = scratch();
+        std::array<Terms, 2> terms;
+        if (!expand(graph, u, 1, terms[0]) || !expand(graph, h, 1, terms[1]))
+            return;
+        std::map<Expr, std::array<double, 2>> sums;
+        std::array<std::vector<double>, 2> constants;
+        for (const std::size_t k : {0u, 1u})
+            for (const auto& [factor, e] : terms[k])
+                if (graph.is_constant(e))
+                    constants[k].push_back(factor * graph[e].value);
+                else
+                    sums[e][k] += factor;
+        double ratio = 0;
+        for (const auto& [e, sum] : sums) {
+            ratio = ratio == 0 ? sum[0] / sum[1] : ratio;
+            if (!(std::abs(sum[0] - ratio * sum[1]) <= 8 * epsilon<double> * std::abs(sum[0])))
+                return; // written in another way
+        }
+        double common = 0; // the largest constant that both have
+        for (const double c : constants[1])
+            if (const auto same = std::ranges::find(constants[0], ratio * c);
+                same != constants[0].end()) {
+                common = std::max(common, std::abs(*same));
+                constants[0].erase(same);
+            } else {
+                constants[0].push_back(-ratio * c);
+            }
+        double rest = 0, most = 0;
+        for (const double c : constants[0]) {
+            rest += c;
+            most = std::max(most, std::abs(c));
+        }
+        if (rest == 0 || most >= noise * common)
+            return;
+        char text[160];
+        std::snprintf(
+            text, sizeof text,
+            "filippov: two switching functions differ by %.3g alone, which is lost in the "
+            "rounding of %.3g: leave that out, or make it larger",
+            std::abs(rest), common);
+        throw std::invalid_argument(text);
     }
     /// An expression of the parameters alone: time and state are those of a point.
     Expr at(Expr e, const Samples::Point& point) {
@@ -293,19 +461,38 @@ private:
     }
     /// True if it depends on nothing but parameters on a surface, by three points or more a draw.
     bool is_constant_on(std::span<const OnSurface> points, Expr e) const {
-        std::map<std::vector<double>, std::vector<double>> values; // by parameters
+        std::map<std::vector<double>, std::vector<Graph::Rounded>> values; // by parameters
         for (const OnSurface& point : points)
-            values[point.at.p].push_back(value(e, point.at));
+            values[point.at.p].push_back(graph_.rounded(e, point.at.t, point.at.x, point.at.p));
         return !values.empty() && std::ranges::all_of(values, [](const auto& draw) {
-            const std::vector<double>& v = draw.second;
-            return v.size() >= 3 && std::ranges::all_of(v, [&](double other) {
-                       return std::abs(other - v[0]) <= 1e-9 * std::abs(v[0]);
+            const std::vector<Graph::Rounded>& v = draw.second;
+            return v.size() >= 3 && std::ranges::all_of(v, [&](const Graph::Rounded& other) {
+                       const double rounding = 8 * (other.error + v[0].error);
+                       return std::abs(other.value - v[0].value) <=
+                                  1e-9 * std::abs(v[0].value) + rounding &&
+                              (v[0].value == 0 || std::abs(v[0].value) > rounding);
                    });
         });
     }
+    static std::vector<OnSurface> points_on(Graph& graph, Expr h,
+                                            std::span<const Samples::Point> starts) {
+        std::vector<Expr> gradient;
+        for (std::size_t i = 0; i < starts[0].x.size(); ++i)
+            gradient.push_back(graph.derivative(h, graph.state(int(i))));
+        const Expr h_t = graph.derivative(h, graph.time());
+        std::vector<OnSurface> points;
+        for (const Samples::Point& start : starts)
+            if (auto found = put_on(graph, h, gradient, h_t, start))
+                points.push_back(std::move(*found));
+        return points;
+    }
     /// Newton onto h = 0 along its gradient, or in time where there is none.
-    std::optional<OnSurface> put_on(Expr h, std::span<const Expr> gradient, Expr h_t,
-                                    Samples::Point point) const {
+    static std::optional<OnSurface> put_on(const Graph& graph, Expr h,
+                                           std::span<const Expr> gradient, Expr h_t,
+                                           Samples::Point point) {
+        const auto value = [&graph](Expr e, const Samples::Point& at) {
+            return graph.value(e, at.t, at.x, at.p);
+        };
         for (int k = 0; k < 50; ++k) {
             const double off = value(h, point), rate = value(h_t, point);
             std::vector<double> g;
@@ -333,7 +520,18 @@ private:
         return std::nullopt;
     }
 
+    /// The graph with what is only looked at: derivatives of surfaces, sums multiplied out.
+    Graph& scratch() {
+        if (scratch_from_ != graph_.size()) {
+            scratch_ = graph_;
+            scratch_from_ = graph_.size();
+        }
+        return scratch_;
+    }
+
     Graph& graph_;
+    Graph scratch_;
+    std::size_t scratch_from_ = 0;
     Samples samples_;
     std::vector<Expr> surfaces_;
     std::map<Expr, Side> known_;

@@ -177,6 +177,50 @@ def test_kinks_are_told_from_switches():
     assert dict(zip(system.switches, system.kinds, strict=True)) == {"x": "kink", "v": "switching"}
 
 
+@pytest.mark.parametrize("F", [0.0, 1e-300, 1e-18, 1e-16, 1e-3, 1.0])
+@pytest.mark.parametrize("k", [1.0, 1e9])
+def test_a_force_is_one_however_small_it_is_by_default(F, k):
+    params = {"F": F, "k": k, "m": 2.0}
+    dry = trace(lambda t, s, p: (s.v, (-p.k * s.x - p.F * np.sign(s.v)) / p.m), params=params)
+    assert dry.kinds == ("switching",)
+    bent = trace(lambda t, s, p: (s.v, (-p.k * s.x - p.F * np.abs(s.v)) / p.m), params=params)
+    assert bent.kinds == ("kink",)
+    at_rest = fp.simulate(dry.with_params(k=1.0, F=3.0, m=1.0), [1, 0], (0, 5))
+    assert at_rest.y[:, -1].tolist() == [1, 0]
+
+
+@pytest.mark.parametrize("d", [1e-6, 1e-9, 1e-12, 1e-18])
+def test_surfaces_that_are_near_each_other_by_default_are_two(d):
+    near = trace(
+        lambda t, s, p: 1 + 0.5 * np.sign(s.x - 1) + 0.25 * np.sign(s.x - 1 - p.d),
+        state="x",
+        params={"d": d},
+    )
+    assert near.switches == ("x - 1", "x - 1 - d")
+    # 0.25 up to x = 1, 1.25 up to 1.5, then 1.75
+    run = fp.simulate(near.with_params(d=0.5), [0], (0, 5))
+    assert run.y[0, -1] == pytest.approx(1.5 + 1.75 * 0.6, abs=1e-12)
+
+
+@pytest.mark.parametrize("eps", [1e-9, 1e-10, 1e-12, 1e-18])
+def test_a_narrow_band_of_stiction_is_kept(eps):
+    def field(t, s, p):
+        return s.v, -s.x - np.where(np.abs(s.v) < eps, 4 * np.sign(s.v), 3 * np.sign(s.v))
+
+    assert len(trace(field).switches) == 3
+    stuck = fp.simulate(trace(field), [3.5, 0], (0, 1))
+    assert stuck.y[:, -1] == pytest.approx([3.5, 0], abs=2 * eps)
+
+
+def test_a_band_that_is_lost_in_rounding_is_refused():
+    def band(eps):
+        return lambda t, s, p: (s.v, np.where(np.abs(s.v - 1) < eps, 4, 3) * np.sign(1 - s.v))
+
+    assert len(trace(band(1e-12)).switches) == 3
+    with pytest.raises(DefinitionError, match="differ by 1e-18 alone"):
+        trace(band(1e-18))
+
+
 def test_what_is_clipped_is_continuous():
     @fp.system(state="x v", params={"a": 1.0})
     def spring(t, s, p):
