@@ -322,6 +322,57 @@ TEST_CASE("split: a named surface keeps its form where the field knows it by ano
     }
 }
 
+TEST_CASE("split: a named surface keeps its factor of parameters, and turns with it",
+          "[formulas]") {
+    using Make = std::function<Expr(Graph&, Expr v, Expr c)>;
+    const std::vector<Make> forms{
+        [](Graph& g, Expr v, Expr c) { return g.mul(c, v); },
+        [](Graph& g, Expr v, Expr c) { return g.div(v, c); },
+        [](Graph& g, Expr v, Expr c) { return g.neg(g.mul(g.mul(c, v), c)); },
+        [](Graph& g, Expr v, Expr c) { return g.mul(g.sub(c, g.constant(1)), g.mul(c, v)); },
+    };
+    for (std::size_t k = 0; k < forms.size(); ++k)
+        for (const bool by_name : {false, true}) {
+            CAPTURE(k, by_name);
+            Definition d;
+            d.dim = 2;
+            d.defaults = {2};
+            Graph& g = d.graph;
+            const Expr v = g.sub(g.state(1), g.constant(1)), h = forms[k](g, v, g.param(0));
+            // 7 above h and 5 below it; or where v is positive and negative
+            const Expr s = g.step(by_name ? h : v);
+            split(d, std::vector{g.state(1), g.where(s, g.constant(7), g.constant(5))},
+                  std::vector{h});
+            REQUIRE(d.surfaces() == 1);
+            CHECK(d.h[0] == h);
+            if (by_name) {
+                CHECK(g.is_constant(d.region[0][1], 5));
+                CHECK(g.is_constant(d.region[1][1], 7));
+            }
+            for (const double c : {2.0, -2.0, 0.5})
+                for (const double at : {0.5, 1.5}) {
+                    const std::vector<double> x{0, at}, p{c};
+                    const bool above = g.value(h, 0, x, p) > 0;
+                    CHECK(g.value(d.region[above][1], 0, x, p) ==
+                          ((by_name ? above : at > 1) ? 7 : 5));
+                }
+        }
+}
+
+TEST_CASE("split: a named surface that is a cube root stands for what is in it", "[formulas]") {
+    Definition d;
+    d.dim = 2;
+    Graph& g = d.graph;
+    const Expr u = g.sub(g.state(1), g.constant(1));
+    const Expr root = g.mul(sign(g, u), g.pow(g.abs(u), g.constant(1.0 / 3)));
+    const std::vector field{g.state(1), sign(g, root)};
+    split(d, field, std::vector{g.neg(root)});
+    REQUIRE(d.surfaces() == 1);
+    CHECK(d.h[0] == g.neg(u));
+    CHECK(g.is_constant(d.region[0][1], 1));
+    CHECK(g.is_constant(d.region[1][1], -1));
+}
+
 TEST_CASE("split: a named surface that is several, or none, is refused for that", "[formulas]") {
     const auto named = [](const auto& make) {
         Definition d;
@@ -345,5 +396,5 @@ TEST_CASE("split: a named surface that is several, or none, is refused for that"
     const Expr y = g.state(1), two_y = g.mul(g.constant(2), y);
     const std::vector field{g.state(0), sign(g, y)};
     CHECK_THROWS_WITH(split(twice, field, std::vector{y, two_y}),
-                      ContainsSubstring("nothing changes at surface 1"));
+                      ContainsSubstring("surface 1 is surface 0 again"));
 }

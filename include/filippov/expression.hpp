@@ -368,6 +368,11 @@ private:
             return sign(n.arg[0]);
         if (positive_[std::size_t(a)])
             return constant(1);
+        if (n.op == Op::sign)
+            return a;
+        // |a|^b, of which the sign is sign(a)^2: zero on a surface at most
+        if (n.op == Op::pow && not_negative_[std::size_t(sign(n.arg[0]))])
+            return constant(1);
         if (n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan || n.op == Op::asin)
             return sign(n.arg[0]);
         return make(Op::sign, a);

@@ -95,22 +95,38 @@ public:
         : graph_(graph), samples_(dim, defaults) {}
 
     /// Surfaces that are known already, each with its orientation.
+    ///
+    /// A factor of parameters alone is no surface of its own: h keeps it, and turns with its sign.
+    /// What is no smooth function but has the sign of one, as cbrt(v), stands for that.
     /// @error std::invalid_argument for one that is several: sign(h) is a product of signs, or
-    ///        switches itself
+    ///        switches itself; and for one that is a multiple of one before it
     void add_surface(Expr h) {
-        const auto j = int(surfaces_.size());
-        one_more(h);
+        const std::string name = "filippov: surface " + std::to_string(surfaces_.size());
         // sign(h) as the field has it: v exp(x) switches where v does
         const Expr s = graph_.unary(Op::sign, h);
         const bool turned = graph_[s].op == Op::neg;
         const Expr plain = turned ? graph_[s].arg[0] : s;
-        if (graph_[plain].op != Op::sign || has_switch(h))
-            throw std::invalid_argument("filippov: surface " + std::to_string(j) +
-                                        (graph_.is_constant(plain)
-                                             ? " is none: its sign never changes"
-                                             : " consists of several, where its factors or parts "
-                                               "change sign; leave it to be found, or name those"));
-        known_.try_emplace(graph_[plain].arg[0], Side{j, graph_.constant(turned ? -1 : 1)});
+        if (!graph_.varies(plain))
+            throw std::invalid_argument(name + " is none: its sign never changes");
+        const auto [switched, factor] = without_params(plain);
+        if (switched < 0 || has_switch(graph_[switched].arg[0]))
+            throw std::invalid_argument(
+                name + " consists of several, where its factors or parts change sign; name those, "
+                       "or leave them to be found in one right-hand side that switches by it");
+        if (has_switch(h)) {
+            h = graph_.mul(factor, graph_[switched].arg[0]);
+            h = turned ? graph_.neg(h) : h;
+        }
+        for (std::size_t j = 0; j < surfaces_.size(); ++j)
+            if (proportion(h, surfaces_[j]))
+                throw std::invalid_argument(name + " is surface " + std::to_string(j) +
+                                            " again, up to a factor");
+        const auto j = int(surfaces_.size());
+        one_more(h);
+        const Expr orientation = turned ? graph_.neg(factor) : factor;
+        known_.try_emplace(graph_[switched].arg[0], Side{j, orientation});
+        if (switched != plain) // h is zero everywhere where the factor is
+            products_.try_emplace(plain, Side{j, graph_.constant(turned ? -1 : 1)});
     }
     std::span<const Expr> surfaces() const { return surfaces_; }
 
@@ -280,6 +296,20 @@ private:
             }
         return true;
     }
+    /// The one factor of a product of signs that varies, and the others; -1 if several vary.
+    std::pair<Expr, Expr> without_params(Expr product) {
+        const Graph::Node n = graph_[product];
+        if (n.op == Op::sign)
+            return {product, graph_.constant(1)};
+        if (n.op != Op::mul)
+            return {-1, -1};
+        for (const auto& [e, rest] : {std::pair(n.arg[0], n.arg[1]), std::pair(n.arg[1], n.arg[0])})
+            if (graph_.varies(e) && !graph_.varies(rest)) {
+                const auto [switched, others] = without_params(e);
+                return {switched, switched < 0 ? -1 : graph_.mul(rest, others)};
+            }
+        return {-1, -1};
+    }
 
     void one_more(Expr h) {
         if (surfaces_.size() == most_split_surfaces)
@@ -324,6 +354,12 @@ private:
         if (!graph_.switches(e))
             return e;
         return graph_.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+            if (const auto product = products_.find(i); product != products_.end()) {
+                const auto j = std::size_t(product->second.surface);
+                if (j < side.size() && side[j] != unknown)
+                    return side[j] > 0 ? product->second.orientation
+                                       : graph_.neg(product->second.orientation);
+            }
             if (graph_[i].op == Op::sign && graph_.varies(arg[0]) && !has_switch(arg[0])) {
                 const Side found = side_of(arg[0]);
                 const auto j = std::size_t(found.surface);
@@ -535,6 +571,7 @@ private:
     Samples samples_;
     std::vector<Expr> surfaces_;
     std::map<Expr, Side> known_;
+    std::map<Expr, Side> products_; ///< signs that are products of one surface's and parameters'
 };
 
 } // namespace detail

@@ -9,6 +9,7 @@ import keyword
 import math
 import numbers
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as default
@@ -36,8 +37,8 @@ Formula = str | float | Function
 _WORDS = {
     word: getattr(np, word)
     for line in (
-        "abs arccos arcsin arctan clip cos cosh exp heaviside hypot log log10 maximum minimum pi",
-        "select sign sin sinh sqrt square tan tanh where",
+        "abs arccos arcsin arctan cbrt clip cos cosh exp heaviside hypot log log10 maximum minimum",
+        "pi select sign sin sinh sqrt square tan tanh where",
     )
     for word in line.split()
 }
@@ -86,11 +87,42 @@ class Definition:
         return found["model"], full
 
     def _by_names(self, message: str) -> str:
-        """Name the surface of which a message of the core speaks."""
-        for j, name in enumerate(self.surfaces):
-            if message == f"filippov: nothing changes at surface {j}":
-                return f"surface {name}: nothing changes there, the field does not switch at it"
-        return message
+        """Name the surface of which a message of the core speaks, and the remedy."""
+        found = re.fullmatch(
+            r"filippov: (?:nothing changes at )?surface (\d+)(?: is surface (\d+))?(.*)", message
+        )
+        names = list(self.surfaces)
+        if found is None or self.smoothing is not None or int(found[1]) >= len(names):
+            return message
+        name = names[int(found[1])]
+        if "nothing changes" in message:
+            return f"surface {name}: nothing changes there, the field does not switch at it"
+        if found[2] is not None:
+            return f"surface {name} is the same as {names[int(found[2])]}, up to a factor"
+        if "several" in message:
+            return f"surface {name} {self._several(self.surfaces[name])}"
+        return f"surface {name}{found[3]}"
+
+    def _several(self, h: int) -> str:
+        """Tell on which surfaces a switching function switches, and what to write instead."""
+        from ._formula import write
+
+        none = [self.graph.constant(0.0)] * (len(self.state) - 1)
+        field = [self.graph.unary("sign", h), *none]
+        try:
+            made = replace(self, field=field, surfaces={}, jumps={}, period=None).made()[1]
+        except DefinitionError:  # there are too many
+            made = self
+        each = [write(made.graph, e, self.state, tuple(self.params)) for e in made.h]
+        if len(each) == 1:
+            return f"switches itself: write it without the switches in it, as {each[0]!r}"
+        return (
+            "is not one surface, it switches on several"
+            + (f" ({', '.join(each)})" if each else "")
+            + ": give each of them a name of its own, with fields for every combination of sides;"
+            " or write one function with np.where or np.sign of it, in which filippov.system finds"
+            " them"
+        )
 
     def _smoothing(self) -> tuple[int, int, int] | None:
         """Law, and places of steepness and band among the parameters (-1: there is none)."""

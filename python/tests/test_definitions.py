@@ -350,6 +350,62 @@ def test_sides_one_by_one():
     assert run.y[:, -1] == pytest.approx([-0.2, 0], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("switch", "shown", "sign", "at"),
+    [
+        ("c*v", "c*v", lambda c: c, 0),
+        ("c*(v - 1)", "(v - 1)*c", lambda c: c, 1),
+        ("(v - 1)/c", "(v - 1)/c", lambda c: c, 1),
+        ("-c*v*exp(x)", "-exp(x)*c*v", lambda c: -c, 0),
+        (lambda t, s, p: np.cbrt(s.v - 1), "v - 1", lambda c: 1, 1),
+        (lambda t, s, p: -np.cbrt(2 * s.v - 2), "2 - 2*v", lambda c: -1, 1),
+        ("cbrt(c*v)", "sign(c)*v", lambda c: c, 0),
+    ],
+)
+@pytest.mark.parametrize("c", [2.0, -2.0])
+def test_a_switch_may_have_a_factor_of_parameters_or_be_a_cube_root(switch, shown, sign, at, c):
+    fields = {"-": lambda t, s, p: (s.v, 1 - s.x), "+": lambda t, s, p: (s.v, -1 - s.x)}
+    sides = fp.System("x v", {"c": 2.0}, fields=fields, switch=switch)
+    assert sides.switches == (shown,)
+    assert sides.kinds == ("switching",)
+    sides = sides.with_params(c=c)
+    for v in (-0.5, 0.5, 1.5):
+        assert np.sign(sides.h(0.0, [0.3, v])) == np.sign(sign(c) * (v - at))
+    one = trace(lambda t, s, p: (s.v, -s.x - np.sign(sign(c) * (s.v - at))))
+    runs = [fp.simulate(f, [0.2, 3], (0, 6), rtol=1e-10, atol=1e-12) for f in (sides, one)]
+    assert runs[0].y[:, -1] == pytest.approx(runs[1].y[:, -1], abs=1e-8)
+    again = pickle.loads(pickle.dumps(sides))
+    assert again == sides
+    assert again.switches == sides.switches
+
+
+@pytest.mark.parametrize(
+    ("switch", "words"),
+    [
+        (lambda t, s, p: np.abs(s.x - 1) - 0.5, r"several \(x - 1, .*a name of its own"),
+        ("v*(x - 1)", r"switches on several \(v, x - 1\)|switches on several \(x - 1, v\)"),
+        ("where(x > 0, 2*x, x)", "without the switches in it, as 'x'"),
+        (lambda t, s, p: np.heaviside(s.v - 1, 0.5) - 0.5, "as 'v - 1'"),
+        ("exp(x)", "surface h is none: its sign never changes"),
+    ],
+)
+def test_a_switch_that_is_not_one_surface_is_refused_with_the_remedy(switch, words):
+    fields = {"-": lambda t, s, p: (s.v, 1 - s.x), "+": lambda t, s, p: (s.v, -1 - s.x)}
+    with pytest.raises(DefinitionError, match=words):
+        fp.System("x v", fields=fields, switch=switch)
+
+
+def test_a_surface_that_is_another_is_refused_as_that():
+    fields = {
+        sides: lambda t, s, p, k=k: (s.v, k - s.x)
+        for k, sides in enumerate(("--", "+-", "-+", "++"))
+    }
+    with pytest.raises(DefinitionError, match="surface h1 is the same as h0, up to a factor"):
+        fp.System("x v", fields=fields, switch=["x", "2*x"])
+    with pytest.raises(DefinitionError, match="surface b is the same as a, up to a factor"):
+        fp.System("x v", {"c": 2.0}, fields=fields, switch={"a": "x - 1", "b": "c - c*x"})
+
+
 def test_sides_around_two_surfaces():
     fields = {
         a + b: (lambda t, s, i=i, j=j: (-i + 2 * j, -2 * i - j))

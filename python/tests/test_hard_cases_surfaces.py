@@ -233,7 +233,7 @@ def test_h19_a_surface_given_twice_is_one_or_is_refused():
     assert merged.surfaces == 1
     assert go(merged, [0, 0.6], (0, 2)).events["t"][1] == close(1, 1e-13)  # falls at 0.6
     corners = {key: lambda t, s, p: (1.0, -1.0) for key in ("--", "+-", "-+")}
-    with pytest.raises(fp.DefinitionError, match="surface h1: nothing changes"):
+    with pytest.raises(fp.DefinitionError, match="surface h1 is the same as h0"):
         fp.System("x y", fields=corners | {"++": lambda t, s, p: (1.0, -1.2)}, switch=["y", "2*y"])
 
 
