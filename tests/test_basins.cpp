@@ -104,6 +104,10 @@ void check_two_attractors(const Basins& b) {
     CHECK(std::abs(b.attractors[0].cycle.multipliers[0]) == Approx(0.481732).margin(1e-6));
     CHECK(std::abs(b.attractors[1].cycle.multipliers[0]) == Approx(0.743905).margin(1e-6));
     CHECK(std::abs(b.saddles[0].multipliers[0]) == Approx(2.126032).margin(1e-6));
+    // H36: all three stick
+    CHECK(b.attractors[0].cycle.multipliers[1] == 0.0);
+    CHECK(b.attractors[1].cycle.multipliers[1] == 0.0);
+    CHECK(b.saddles[0].multipliers[1] == 0.0);
     for (const Attractor& a : b.attractors) {
         CHECK(a.cycle.period() == 1);
         CHECK(a.cycle.residual < 1e-12);

@@ -27,6 +27,7 @@ struct Mapped {
     Matrix param_slope;    ///< d(x, t)/d(a, b), the active parameters; shape (dim + 1, 2)
     std::string word;      ///< modes passed through, of several surfaces with spaces between
     int slides = 0;        ///< how many of them slide
+    int lost = 0;          ///< directions that the slope has lost, at least
     bool singular = false; ///< an event was tangential: no slopes, they are NaN
     bool ok() const { return status == Status::ok; }
 };
@@ -54,6 +55,7 @@ inline Mapped mapped(const AnySystem& system, const Journey& journey) {
     m.param_slope = journey.end.slope.rightCols(2);
     m.word = journey.word;
     m.slides = journey.slides;
+    m.lost = journey.lost;
     m.singular = journey.singular;
     return m;
 }

@@ -68,6 +68,7 @@ private:
         StrobeCycle c;
         Vector y = x;
         Matrix round = Matrix::Identity(n, n);
+        int lost = 0;
         for (int k = 0; k < period; ++k) {
             if (k > 0 && scaled(y - x) < 1e-9)
                 break; // a shorter cycle, gone round more than once
@@ -77,17 +78,28 @@ private:
             c.points.push_back(y);
             c.slopes.push_back(m.slope.topLeftCorner(n, n));
             round = c.slopes.back() * round;
+            lost = std::max(lost, m.lost);
             y = m.x;
         }
         c.residual = scaled(y - x);
         if (!round.allFinite())
             return std::nullopt;
-        const Eigen::VectorXcd mu = round.eigenvalues();
-        c.multipliers.assign(mu.begin(), mu.end());
-        std::sort(c.multipliers.begin(), c.multipliers.end(),
-                  [](const auto& a, const auto& b) { return std::abs(a) > std::abs(b); });
+        c.multipliers = multipliers_of(round, lost);
         begin_with_smallest(c);
         return c;
+    }
+    /// Eigenvalues, of which those are 0 that a slide makes 0: not rounding of it.
+    static std::vector<std::complex<double>> multipliers_of(const Matrix& round, int lost) {
+        const Eigen::VectorXcd mu = round.eigenvalues();
+        std::vector<std::complex<double>> sorted(mu.begin(), mu.end());
+        std::sort(sorted.begin(), sorted.end(),
+                  [](const auto& a, const auto& b) { return std::abs(a) > std::abs(b); });
+        const auto known = std::size_t(std::max(int(sorted.size()) - lost, 0));
+        // half of a pair that loses the other is real
+        if (known > 0 && known < sorted.size() && sorted[known] == std::conj(sorted[known - 1]))
+            sorted[known - 1] = sorted[known - 1].real();
+        std::fill(sorted.begin() + std::ptrdiff_t(known), sorted.end(), 0.0);
+        return sorted;
     }
     static void begin_with_smallest(StrobeCycle& c) {
         const auto less = [](const Vector& a, const Vector& b) {

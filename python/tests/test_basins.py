@@ -161,3 +161,14 @@ def test_the_audit_is_told_where_it_disagrees(seed):
     assert "disagree" not in repr(seed)
     doubtful = dataclasses.replace(seed, audited=500, disagreements=3)
     assert "3 of 500 audited cells disagree" in repr(doubtful)
+
+
+def test_h36_an_attractor_and_a_saddle_that_stick_have_zeros_exactly():
+    block = fp.models.oscillator.with_params(A=3.6, omega=1.067)
+    found = fp.basins(block, {"y": (-4, 4, 40), "v": (-3, 4, 40)}, times=False)
+    assert len(found.attractors) == 2
+    assert len(found.saddles) == 1
+    for cycle in (*found.attractors, *found.saddles):
+        assert cycle.multipliers[1] == 0
+        orbit = fp.periodic_orbit(block, cycle.points[:, 0])
+        assert orbit.multipliers == pytest.approx(cycle.multipliers, rel=1e-6, abs=0)
