@@ -175,9 +175,9 @@ def picture_of(
         high=(ends[0][1], ends[1][1]),
         shape=(shape[0], shape[1]),
     )
-    period = sys.period(params) if forced else math.nan
-    if forced and (period is None or not 0 < period < math.inf):
-        refuse("params", dict(values), "expected a finite period > 0")
+    if forced:
+        sys._forced(values)
+    period = sys.period(values) if forced else math.nan
     picture = Picture(found, state, number("t0", t0), values, float(period or math.nan))
     if "t" in names:
         return picture

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import choice, flag, floats, integer, number, refuse, time_span, vector
+from ._check import LONGEST, choice, flag, floats, integer, number, refuse, time_span, vector
 from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
 from ._settings import Settings, Stats
@@ -180,6 +180,9 @@ def simulate(
     p = np.array(list(run_params.values()), dtype=np.float64)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
+    period = sys._model.period(p)
+    if period > 0 and not max(abs(t0), abs(t_end)) / period < LONGEST:
+        refuse("t_span", t_span, f"expected times of fewer than 2**52 periods, {period:.9g} each")
     which = method_of(sys, method, "dopri5")
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
     tolerance = absolute_tolerance(atol, sys.dim)

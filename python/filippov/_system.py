@@ -15,7 +15,7 @@ from ._check import among, floats, mapping, name_of, number, one_of, refuse
 from ._define import Definition, Formula, Function, check, define
 from ._foreign import Surroundings, warn_slow
 from ._formula import cpp_struct, latex, latex_name, write
-from ._period import check_period, require_period
+from ._period import check_period, period_of, require_period
 from ._types import FloatOrArray, Floats
 
 __all__ = ["Params", "System", "restore", "restore_defined", "switches_of", "system"]
@@ -701,7 +701,8 @@ class System:
         forced = "period" in self.capabilities
         period = self._model.period(self._values(params))
         if forced and not 0 < period < np.inf:
-            refuse("params", params, f"expected a period > 0 of {self.name}, got {period}")
+            got = period_of(self._formulas(), params)
+            refuse("params", params, f"expected a period > 0 of {self.name}, got {got:.9g}")
         return forced
 
     def _values(self, params: Mapping[str, float] | None) -> Floats:

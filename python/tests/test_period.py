@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A period has to be that of the forcing, at every value of the parameters that a call is given."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -169,3 +171,27 @@ def test_values_are_looked_at_once(fixed, monkeypatch):
     for A in (0.3, 0.4, 0.5):
         fixed.with_params(phi=0.125, A=A)
     assert len(count) == 1
+
+
+def test_a_period_that_is_none_is_told_by_its_value(right):
+    words = re.escape("expected a period > 0 of forced, got -4.83321947")
+    calls = (
+        lambda p: fp.strobe_map(right, [0, 0], params=p),
+        lambda p: fp.periodic_orbit(right, params=p),
+        lambda p: fp.basins(right, GRID, params=p),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=words):
+            call({"om": -1.3})
+    with pytest.raises(ValueError, match="of forced, got inf"):
+        fp.strobe_map(right, [0, 0], params={"om": 0.0})
+    with pytest.raises(ValueError, match=r"of oscillator, got -6\.28318531"):
+        fp.strobe_map(fp.models.oscillator, [0, 0], params={"omega": -1.0})
+    # a run needs none, and is that of cos(-t)
+    runs = [fp.simulate(right, [0, 0], (0, 6), params={"om": om}) for om in (-1.3, 1.3)]
+    assert runs[0].y[:, -1] == pytest.approx(runs[1].y[:, -1], abs=1e-5)
+
+
+def test_times_of_too_many_periods_are_refused_as_times(right):
+    with pytest.raises(ValueError, match=r"t_span = .*: expected times of fewer than 2\*\*52 per"):
+        fp.simulate(right, [0, 0], (1e17, 1e17 + 100))
