@@ -276,7 +276,17 @@ def three_arguments(function: Function, what: str) -> Function:
 
 def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa: ANN401
     """Call `f(t, s, p)`, or `f(t, s)`."""
-    return three_arguments(function, what)(t, s, p)
+    three = three_arguments(function, what)
+    try:
+        return three(t, s, p)
+    except (TypeError, AttributeError) as error:
+        recorded = ("Expression", "Vector", "Names")
+        if not isinstance(t, Expression) or not any(kind in str(error) for kind in recorded):
+            raise
+        raise DefinitionError(
+            f"{what}: {error}. Time, the state and the parameters are recorded, and have no"
+            " values yet: use arithmetic, comparisons and numpy's functions"
+        ) from error
 
 
 def defaults_of(params: object) -> dict[str, float]:

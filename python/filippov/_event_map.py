@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._check import floats, integer, number, refuse, vector
 from ._dataset import dataset
+from ._geometry import ONE_SWITCHING, one_switching
 from ._progress import Progress, ended, shown
 from ._sound import codes, complete, ordered, record, require, shaped
 from ._status import Status
@@ -276,13 +277,11 @@ def event_map(
     KeyboardInterrupt
         Within a fraction of a second of Ctrl-C; its attribute `event_map` has what was finished.
     """
-    expected = (
-        "expected a forced planar System with one surface, a switching one (a kink is one, too)"
-    )
+    expected = "expected a forced planar System with"
     if not isinstance(sys, System):
-        refuse("sys", sys, expected, TypeError)
+        refuse("sys", sys, f"{expected} {ONE_SWITCHING}", TypeError)
     if sys.dim != 2 or sys.kinds != ("switching",) or "period" not in sys.capabilities:
-        refuse("sys", sys.name, expected)
+        refuse("sys", sys.name, f"{expected} {one_switching(sys)}")
     if "s_max" in sys.capabilities:
         refuse("sys", sys.name, "expected a system without static friction")
     iterate = integer("iterate", iterate)

@@ -233,11 +233,18 @@ def one_surface(sys: System) -> None:
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System with one surface", TypeError)
     if sys.kinds != ("switching",):
-        refuse(
-            "sys",
-            sys.name,
-            "expected a System with one surface, a switching one (a kink is one, too)",
-        )
+        refuse("sys", sys.name, f"expected a System with {one_switching(sys)}")
+
+
+ONE_SWITCHING = "one surface, a switching one, and no kinks or jumps"
+
+
+def one_switching(sys: System) -> str:
+    """Tell that one switching surface is needed, and what there is."""
+    kinds = {"switching": "switching surface", "kink": "kink", "jump": "jump"}
+    counts = [(sys.kinds.count(kind), word) for kind, word in kinds.items()]
+    there = [f"{n} {word}{'s' if n != 1 else ''}" for n, word in counts if n > 0]
+    return f"{ONE_SWITCHING}; it has {', '.join(there) or '0 surfaces'}"
 
 
 def seeds_of(seeds: int) -> int:

@@ -157,7 +157,8 @@ def lyapunov(
     if not 2 <= batches <= 1_000_000:
         refuse("batches", batches, "expected an integer from 2 to 1000000")
     if not window >= batches * stretch:
-        refuse("window", window, f"expected at least one stretch a batch, {batches * stretch:g}")
+        least = f"{batches * stretch:g}: {batches} batches of one stretch, {stretch:g}"
+        refuse("window", window, f"expected at least {least}")
     rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
     atol = number("atol", atol, positive, above=0.0)
     with shown(progress, "stretch") as show:

@@ -96,7 +96,20 @@ class Expression:
     def __mod__(self, _other: object) -> NoReturn:
         _integer_part()
 
-    __rmod__ = __floordiv__ = __rfloordiv__ = __mod__
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__
+
+    def __round__(self, _digits: object = None) -> NoReturn:
+        _integer_part()
+
+    __floor__ = __ceil__ = __trunc__ = __round__
+
+    def __format__(self, spec: str) -> str:
+        if spec:
+            raise DefinitionError(
+                f"a text of a number ({spec!r}) where time, the state or a parameter is only"
+                " recorded: it has no value yet"
+            )
+        return repr(self)
 
     def __xor__(self, _other: object) -> NoReturn:
         raise DefinitionError("^ is no power here: write x**2 for the square of x")
@@ -160,6 +173,11 @@ class Expression:
             return other._e
         if isinstance(other, np.ndarray) and other.ndim == 0:
             other = other[()]
+        if isinstance(other, numbers.Complex) and not isinstance(other, numbers.Real):
+            raise DefinitionError(
+                f"a complex number, {other}: write the real and the imaginary part of the state as"
+                " components of their own"
+            )
         if isinstance(other, (numbers.Real, np.bool_)):
             value = float(other)
             if not math.isfinite(value):
@@ -235,8 +253,8 @@ def _hypot(a: Any, b: Any) -> Any:
 
 def _integer_part(*_: object) -> NoReturn:
     raise DefinitionError(
-        "%, //, floor, ceil, rint, fmod and the like switch at infinitely many places. Of a period"
-        " of time use np.sign(np.sin(omega*t)); write a few steps as np.where(x > 1, ..., ...)"
+        "%, //, round, floor, ceil, rint, fmod and the like switch at infinitely many places. Of a"
+        " period of time use np.sign(np.sin(omega*t)); write a few steps as np.where(x > 1, ..., 0)"
     )
 
 
@@ -420,8 +438,8 @@ class Vector(Sequence[Any]):
 
     def __array__(self, *_: object, **__: object) -> NoReturn:
         raise DefinitionError(
-            "np.array or np.asarray of recorded numbers: use np.stack, np.concatenate, or return a"
-            " tuple"
+            "np.array or np.asarray of recorded numbers, or A.dot(s): use np.stack, np.concatenate,"
+            " A @ s, or return a tuple"
         )
 
     def __array_ufunc__(
@@ -492,6 +510,7 @@ def _elementwise(function: Callable[..., Any], inputs: Sequence[Any]) -> Vector:
 
 def _matmul(a: Any, b: Any) -> Any:
     """Multiply vectors with vectors and with matrices of numbers."""
+    a, b = (np.array(v, dtype=object) if isinstance(v, (list, tuple)) else v for v in (a, b))
     if isinstance(a, np.ndarray) and a.ndim == 2:
         if a.shape[1] != len(b):
             raise DefinitionError(f"a matrix of shape {a.shape} times {len(b)} entries")

@@ -37,7 +37,7 @@ def test_an_autonomous_cycle_has_the_exponent_zero():
     [
         ({"sys": 1}, TypeError, "sys = 1: expected a System"),
         ({"x0": [1]}, ValueError, "x0 = "),
-        ({"window": 3}, ValueError, "window = 3.0: expected at least one stretch a batch, 20"),
+        ({"window": 3}, ValueError, "window = 3.0: expected at least 20: 20 batches"),
         ({"batches": 1}, ValueError, "batches = 1"),
         ({"stretch": 0}, ValueError, "stretch = 0"),
         ({"transient": -1}, ValueError, "transient = -1"),

@@ -87,6 +87,21 @@ def test_what_is_for_one_surface_says_so():
     ):
         with pytest.raises((ValueError, TypeError), match="one surface"):
             call()
+    smooth = fp.system(state="x v", period="6.283185307179586")(
+        lambda t, s, p: (s.v, -s.x - s.v + np.cos(t))
+    )
+    kink = fp.system(state="x v", period="6.283185307179586")(
+        lambda t, s, p: (s.v, -s.x - s.v - np.abs(s.x) / 2 + np.cos(t))
+    )
+    for system, there in (
+        (smooth, "0 surfaces"),
+        (kink, "1 kink"),
+        (chain, "2 switching surfaces"),
+    ):
+        with pytest.raises(
+            ValueError, match=f"a switching one, and no kinks or jumps; it has {there}"
+        ):
+            fp.equilibria(system, bounds={})
     with pytest.raises(ValueError, match="does not jump"):
         fp.periodic_orbit(models.bouncing_ball)
 
