@@ -77,6 +77,35 @@ Branch trace_circle(int parameter, double low, double high) {
     return BranchTracer(*system, parameter, low, high).trace(c);
 }
 
+/// A mass on a belt of speed V, driven by A cos(om t); the friction dips by `dip` as it slips.
+struct Belt {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 4> params{"V", "A", "om", "dip"};
+    static constexpr std::array<double, 4> defaults{0.5, 0.5, 1.3, 0.3};
+    template <Scalar S>
+    static State<Belt, S> pulled(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p,
+                                 double side) {
+        using elementary::cos;
+        using std::exp;
+        const S slip = (p[0] - x[1]) / S(0.4), friction = S(0.3) + p[3] * exp(-slip * slip);
+        return {x[1], p[1] * cos(p[2] * t) - x[0] - S(0.05) * x[1] - S(side) * friction};
+    }
+    template <Scalar S>
+    State<Belt, S> f1(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p) const {
+        return pulled(t, x, p, -1);
+    }
+    template <Scalar S>
+    State<Belt, S> f2(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p) const {
+        return pulled(t, x, p, 1);
+    }
+    template <Scalar S> S h(const S&, const State<Belt, S>& x, const Params<Belt, S>& p) const {
+        return x[1] - p[0];
+    }
+    template <Scalar S> S period(const Params<Belt, S>& p) const {
+        return S(2 * std::acos(-1.0)) / p[2];
+    }
+};
+
 /// The bifurcation is one of the orbit itself: the words of plain runs on its two sides.
 std::string word_at(const Traced& traced, const SpecialPoint& s, double omega) {
     Cycle near = parent_of({s.kind, s.cycle, s.node, s.side});
@@ -688,4 +717,59 @@ TEST_CASE(
               }) == 1);
     }
     CHECK(halves >= 1);
+}
+
+TEST_CASE(
+    "branch: an orbit that grazes goes on without touching, and the branch does not turn back",
+    "[branch]") {
+    const auto system = any_system(Belt{});
+    const double dip = GENERATE(0.0, 0.3);
+    Vector p = system->defaults();
+    p[3] = dip;
+    const Orbit orbit = settle(*system, p, Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    const auto check = [&](const Branch& branch) {
+        CHECK(branch.status == Status::ok);
+        CHECK(branch.begin == "bound of the parameter");
+        CHECK(branch.end == "bound of the parameter");
+        CHECK(std::min(branch.points.front().cycle.p[2], branch.points.back().cycle.p[2]) == 0.5);
+        CHECK(std::max(branch.points.front().cycle.p[2], branch.points.back().cycle.p[2]) == 3);
+        int grazings = 0;
+        for (const SpecialPoint& s : branch.special) {
+            CAPTURE(name(s.kind), s.cycle.p[2]);
+            // each bifurcation is passed once
+            CHECK(std::count_if(branch.special.begin(), branch.special.end(),
+                                [&](const SpecialPoint& other) {
+                                    return other.kind == s.kind &&
+                                           std::abs(other.cycle.p[2] - s.cycle.p[2]) < 1e-9;
+                                }) == 1);
+            if (s.kind != Kind::grazing_sliding)
+                continue;
+            ++grazings;
+            CHECK((s.word_before == "-" || s.word_after == "-"));
+            // a linear oscillator where the friction is constant: its amplitude is the belt's speed
+            const double om = s.cycle.p[2];
+            if (dip == 0)
+                CHECK(0.5 * om / std::hypot(1 - om * om, 0.05 * om) == Approx(0.5).epsilon(1e-9));
+        }
+        CHECK(grazings == 2);
+        // a second opinion where nothing touches: a run over a period
+        for (const BranchPoint& point : branch.points) {
+            const Cycle& c = point.cycle;
+            const bool grazes = std::any_of(
+                branch.special.begin(), branch.special.end(),
+                [&](const SpecialPoint& s) { return std::abs(s.cycle.p[2] - c.p[2]) < 1e-9; });
+            if (c.word.string() != "-" || grazes)
+                continue;
+            const History run = system->run(c.t[0], c.x[0], c.end(0), c.p);
+            CHECK((run.x - c.x[0]).norm() < 1e-8);
+            CHECK(std::none_of(run.events.begin(), run.events.end(),
+                               [](const Happening& e) { return e.before != e.after; }));
+        }
+    };
+    const Branch branch = BranchTracer(*system, 2, 0.5, 3).trace(orbit.cycle);
+    check(branch);
+    for (const SpecialPoint& s : branch.special)
+        if (s.kind == Kind::grazing_sliding)
+            check(BranchTracer(*system, 2, 0.5, 3).trace(s));
 }

@@ -175,6 +175,14 @@ inline std::optional<BranchPlace> children(const BranchLine& line,
     const Cycle at = shooting.unpack(z);
     return place_of(line, at, [&](const Vector& dz) { return shooting.growth(first, dz); });
 }
+/// How far the node of an orbit without events has moved along the orbit: where it touches the
+/// surface is at another phase for another parameter, and no change of the orbit.
+inline Vector slid_along(const AnySystem& system, const Cycle& at, const Cycle& later) {
+    const Vector flow = system.field(at.word[0].mode, at.t[0], at.x[0], at.p);
+    const double dt = system.forced() ? later.t[0] - at.t[0]
+                                      : flow.dot(later.x[0] - at.x[0]) / flow.squaredNorm();
+    return dt * flow;
+}
 /// The curve of the word with one segment less, in the direction in which it becomes right.
 inline std::optional<BranchPlace> parent(const BranchLine& line, const SlidingCondition& s) {
     auto augmented = place_of(line, s.cycle, [&](const Vector& dz) {
@@ -194,7 +202,9 @@ inline std::optional<BranchPlace> parent(const BranchLine& line, const SlidingCo
         augmented->z + 1e-3 * augmented->curve.scale().cwiseProduct(augmented->t));
     const Cycle at = parent_of(s), later = parent_of(moved);
     const Shooting shape(line.system, at, {line.parameter, -1});
-    const Vector direction = shape.pack(later) - shape.pack(at);
+    Vector direction = shape.pack(later) - shape.pack(at);
+    if (at.word[0].until == Until::phase)
+        direction.head(at.x[0].size()) -= slid_along(line.system, at, later);
     const Vector scale = line.scales(shape, at);
     return place_of(line, at, [&](const Vector& dz) {
         return direction.cwiseQuotient(scale).dot(dz.cwiseQuotient(scale));
