@@ -773,3 +773,27 @@ TEST_CASE(
         if (s.kind == Kind::grazing_sliding)
             check(BranchTracer(*system, 2, 0.5, 3).trace(s));
 }
+
+TEST_CASE("branch: a closed branch is followed once from each of its bifurcations", "[branch]") {
+    const Traced traced = trace(0.5, 2.94, 2.0, 4.0);
+    REQUIRE(traced.branch.special.size() == 3);
+    for (const SpecialPoint& s : traced.branch.special) {
+        CAPTURE(name(s.kind));
+        const Branch branch = BranchTracer(*traced.system, 1, 2.0, 4.0).trace(s);
+        CHECK(branch.status == Status::ok);
+        CHECK(branch.end == "the branch is closed: it comes back to its start");
+        CHECK(branch.begin == branch.end);
+        CHECK(branch.points.front().cycle.p[1] == branch.points.back().cycle.p[1]);
+        CHECK(branch.points.size() < 1.5 * double(traced.branch.points.size()));
+        std::vector<double> once, all;
+        for (const SpecialPoint& other : branch.special)
+            once.push_back(other.cycle.p[1]);
+        for (const SpecialPoint& other : traced.branch.special)
+            all.push_back(other.cycle.p[1]);
+        std::sort(once.begin(), once.end());
+        std::sort(all.begin(), all.end());
+        REQUIRE(once.size() == all.size());
+        for (std::size_t i = 0; i < all.size(); ++i)
+            CHECK(once[i] == Approx(all[i]).epsilon(1e-9));
+    }
+}

@@ -52,6 +52,8 @@ private:
     static constexpr const char* no_orbit = "no orbit continues beyond this bifurcation";
     static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
     static constexpr const char* several = "several bifurcations at once";
+    static constexpr const char* turned_back =
+        "the branch turns back on itself at a bifurcation: how it goes on was not found";
 
     void require_start(const Cycle& start) const {
         detail::require_continuable(line_.system, start.p);
@@ -63,10 +65,16 @@ private:
         SlidingCondition s{start.kind, start.cycle, start.node, start.side};
         SpecialPoint here = detail::describe(line_.system, s, start.convergence);
         start_ = parent_of(s);
+        met_ = here;
         Branch backward, forward;
-        run(detail::parent(line_, s), backward, 0);
+        const auto fewer = detail::parent(line_, s);
+        leaves_ = way_of(fewer);
+        by_child_ = false;
+        run(fewer, backward, 0);
         auto next = detail::child(line_, s);
         here.word_before = start_.word.string();
+        leaves_ = -leaves_; // it comes back on the word with fewer segments
+        by_child_ = true;
         if (next) {
             next->entered = here.multipliers_child;
             here.word_after = next->shooting->word().string();
@@ -95,13 +103,20 @@ private:
     }
     void both_ways(const Cycle& start, Branch& backward, Branch& forward) {
         start_ = start;
+        met_.reset();
         const auto up =
             detail::place_of(line_, start, [](const Vector& dz) { return dz[dz.size() - 1]; });
         auto down = up;
         if (down)
             down->t = -down->t;
+        leaves_ = way_of(down);
         run(down, backward, 0);
+        leaves_ = way_of(up);
         run_on(up, backward, forward);
+    }
+    /// The sign of the parameter's rate where the branch leaves a place, 0 at a fold.
+    static double way_of(const std::optional<Place>& from) {
+        return from && std::abs(from->slope()) > 1e-9 ? std::copysign(1.0, from->slope()) : 0.0;
     }
 
     /// The other direction. The start is the first point of both.
@@ -127,6 +142,9 @@ private:
         }
         if (detail::stopped(line_.system, branch) || !here)
             return;
+        passed_.clear();
+        if (met_)
+            passed_.push_back(*met_);
         detail::walk(line_.system, settings_, branch, [&](double& ds) {
             const bool goes_on = advance(*here, ds, branch);
             tell();
@@ -174,9 +192,9 @@ private:
             return StepEnd::retry;
         }
         if (passes_start(here, to.cycle)) {
-            branch.points.push_back(point_of(start_));
-            branch.end = detail::comes_back;
-            return StepEnd::ended;
+            // the other way it retraces its steps
+            const bool same_way = leaves_ * (line_.value(to.cycle) - here.parameter()) >= 0;
+            return same_way ? comes_back(branch) : turns_back(branch);
         }
         const std::vector<Test> failed = failures(to.cycle);
         if (failed.empty())
@@ -230,6 +248,7 @@ private:
             return StepEnd::failed;
         }
         const Vector t = here.curve.tangent(to.J, here.t);
+        const std::size_t known = branch.special.size();
         const bool last_try = ds < 2 * settings_.min_step;
         const SmoothEnd passed =
             detail::smooth_points(line_, here, t, here.along(to.z), branch, next, last_try);
@@ -243,6 +262,10 @@ private:
             branch.end = "it ends on the orbit of half its period, which flips there";
             return StepEnd::ended;
         }
+        if (branch.points.size() > 1 &&
+            std::any_of(branch.special.begin() + std::ptrdiff_t(known), branch.special.end(),
+                        [this](const SpecialPoint& s) { return is_start(s); }))
+            return comes_back(branch);
         branch.points.push_back(std::move(next));
         if (to.last) {
             branch.end = "bound of the parameter";
@@ -301,6 +324,23 @@ private:
         return shoot(line_.system, c).ok() && detail::same_orbit(line_.system, c, start_);
     }
 
+    /// True of a fold where the branch starts: its parameter turns there, and is not passed.
+    bool is_start(const SpecialPoint& s) const {
+        return s.kind == Kind::fold &&
+               std::abs(line_.value(s.cycle) - line_.value(start_)) < 1e-9 * line_.width() &&
+               detail::same_orbit(line_.system, s.cycle, start_);
+    }
+    StepEnd turns_back(Branch& branch) const {
+        branch.status = Status::not_converged;
+        branch.end = turned_back;
+        return StepEnd::ended;
+    }
+    StepEnd comes_back(Branch& branch) const {
+        branch.points.push_back(point_of(start_));
+        branch.end = detail::comes_back;
+        return StepEnd::ended;
+    }
+
     // --- a change of the word ------------------------------------------------------------------
 
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
@@ -348,7 +388,7 @@ private:
             if (next)
                 next->entered = born ? special[0].multipliers_child : special[0].multipliers;
         }
-        return change_word(here, std::move(next), special, branch);
+        return change_word(here, std::move(next), born, special, branch);
     }
     /// True if a bifurcation of this parameter can be one of the step.
     bool within(double value, double from, double to) const {
@@ -356,8 +396,18 @@ private:
         return value >= std::min(from, to) - slack && value <= std::max(from, to) + slack;
     }
     /// Goes on at the next word, past the bifurcations between.
-    StepEnd change_word(Place& here, std::optional<Place> next, std::vector<SpecialPoint>& special,
-                        Branch& branch) const {
+    StepEnd change_word(Place& here, std::optional<Place> next, bool born,
+                        std::vector<SpecialPoint>& special, Branch& branch) {
+        const auto is_one_of = [&](const std::vector<SpecialPoint>& others) {
+            return std::any_of(others.begin(), others.end(), [&](const SpecialPoint& other) {
+                return detail::same_point(line_, special[0], other);
+            });
+        };
+        if (is_one_of(passed_))
+            return turns_back(branch);
+        if (met_ && is_one_of({*met_}))
+            return born == by_child_ ? comes_back(branch) : turns_back(branch);
+        passed_ = special;
         if (next) {
             const Cycle after = next->cycle(), one = detail::shortest(line_.system, after);
             if (one.period < 0.9 * after.period) { // passed several times, and met at each
@@ -383,6 +433,11 @@ private:
     detail::BranchLine line_;
     BranchSettings settings_;
     Cycle start_;
+    double leaves_ = 0; ///< to which side of it the branch leaves, if it comes back the same way
+    std::optional<SpecialPoint> met_; ///< the sliding bifurcation at the start
+    bool by_child_ =
+        false; ///< the branch leaves that with more segments, and with fewer comes back
+    std::vector<SpecialPoint> passed_; ///< those of the last change of the word
 };
 
 } // namespace filippov

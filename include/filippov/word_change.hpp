@@ -104,6 +104,19 @@ inline bool alone(const AnySystem& system, const SlidingCondition& s) {
     return s.kind != Kind::crossing_sliding || s.cycle.word[s.node].mode != 0;
 }
 
+/// True if two bifurcations are one, of one orbit at one of its nodes.
+inline bool same_point(const BranchLine& line, const SpecialPoint& a, const SpecialPoint& b) {
+    if (a.kind != b.kind || a.side != b.side || a.cycle.turns != b.cycle.turns ||
+        !(std::abs(line.value(a.cycle) - line.value(b.cycle)) < 1e-9 * line.width()))
+        return false;
+    const double turn = b.cycle.period / b.cycle.turns;
+    const double apart = std::remainder(a.cycle.t[a.node] - b.cycle.t[b.node], turn);
+    if (line.system.forced() && !(std::abs(apart) < 1e-6 * turn))
+        return false;
+    const Vector scale = Shooting(line.system, b.cycle).scales(b.cycle).head(line.system.dim());
+    const Vector moved = a.cycle.x[a.node] - b.cycle.x[b.node];
+    return moved.cwiseQuotient(scale).norm() < 1e-6;
+}
 /// Keeps those that come first in the direction of the branch; true if they are all.
 inline bool keep_first(const BranchLine& line, std::vector<SlidingCondition>& conditions,
                        std::vector<SpecialPoint>& special, double direction) {
