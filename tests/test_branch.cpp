@@ -106,6 +106,50 @@ struct Belt {
     }
 };
 
+/// A buck converter in voltage mode. What switches is not what h looks at: the fields differ in i
+/// alone, so both cross h = 0 alike, and nothing slides.
+struct Buck {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"E"};
+    static constexpr std::array<double, 1> defaults{24};
+    template <Scalar S> static State<Buck, S> fed(const State<Buck, S>& x, const S& u) {
+        return {(x[1] - x[0] / S(22)) / S(0.047), (u - x[0]) / S(20)};
+    }
+    template <Scalar S>
+    State<Buck, S> f1(const S&, const State<Buck, S>& x, const Params<Buck, S>&) const {
+        return fed(x, S(0));
+    }
+    template <Scalar S>
+    State<Buck, S> f2(const S&, const State<Buck, S>& x, const Params<Buck, S>& p) const {
+        return fed(x, p[0]);
+    }
+    template <Scalar S> S h(const S& t, const State<Buck, S>& x, const Params<Buck, S>&) const {
+        using elementary::sin;
+        return S(6) + S(2.2) * sin(t * S(5 * std::acos(-1.0))) - S(8.4) * (x[0] - S(11.3));
+    }
+    template <Scalar S> S period(const Params<Buck, S>&) const { return S(0.4); }
+};
+
+/// x'' + x' + x = A cos t where x < 1, and x' >= 1 above.
+struct Thrown {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"A"};
+    static constexpr std::array<double, 1> defaults{0.5};
+    template <Scalar S>
+    State<Thrown, S> f1(const S& t, const State<Thrown, S>& x, const Params<Thrown, S>& p) const {
+        using elementary::cos;
+        return {x[1], p[0] * cos(t) - x[1] - x[0]};
+    }
+    template <Scalar S>
+    State<Thrown, S> f2(const S&, const State<Thrown, S>& x, const Params<Thrown, S>&) const {
+        return {S(1) + x[1] * x[1], S(0)};
+    }
+    template <Scalar S> S h(const S&, const State<Thrown, S>& x, const Params<Thrown, S>&) const {
+        return x[0] - S(1);
+    }
+    template <Scalar S> S period(const Params<Thrown, S>&) const { return S(2 * std::acos(-1.0)); }
+};
+
 /// The bifurcation is one of the orbit itself: the words of plain runs on its two sides.
 std::string word_at(const Traced& traced, const SpecialPoint& s, double omega) {
     Cycle near = parent_of({s.kind, s.cycle, s.node, s.side});
@@ -796,4 +840,86 @@ TEST_CASE("branch: a closed branch is followed once from each of its bifurcation
         for (std::size_t i = 0; i < all.size(); ++i)
             CHECK(once[i] == Approx(all[i]).epsilon(1e-9));
     }
+}
+
+TEST_CASE("branch: a grazing where both fields cross alike is passed from both sides", "[branch]") {
+    const auto system = any_system(Buck{});
+    Vector p = system->defaults(), x(2);
+    const Orbit above = settle(*system, p, Vector::Zero(2));
+    REQUIRE(above.cycle.word.string() == "-+");
+    REQUIRE(above.cycle.turns == 3);
+    p[0] = 20.822354;
+    x << 12.31664, 0.57491; // a fixed point of three turns, from Newton's iteration on plain runs
+    const Orbit below = orbit_near(*system, p, 0, x, 3);
+    REQUIRE(below.cycle.word.string() == "-+-+");
+
+    const auto trace_from = [&](const auto& start) {
+        return BranchTracer(*system, 0, 20, 60).trace(start);
+    };
+    const Branch branch = trace_from(above.cycle);
+    std::vector<Branch> all{branch, trace_from(below.cycle)};
+    for (const SpecialPoint& s : branch.special)
+        if (s.kind == Kind::grazing)
+            all.push_back(trace_from(s));
+    REQUIRE(all.size() == 7);
+    const auto places = [](const Branch& b) {
+        std::vector<double> sorted;
+        for (const SpecialPoint& s : b.special)
+            sorted.push_back(s.cycle.p[0]);
+        std::sort(sorted.begin(), sorted.end());
+        return sorted;
+    };
+    const double trace_of_field = -1 / (22 * 0.047); // i does not act on its own rate
+    for (const Branch& b : all) {
+        CHECK(b.status == Status::ok);
+        CHECK(b.begin == "bound of the parameter");
+        CHECK(b.end == "bound of the parameter");
+        CHECK_THAT(places(b), Catch::Matchers::Approx(places(branch)).epsilon(1e-8));
+        for (const BranchPoint& point : b.points) {
+            const Cycle& c = point.cycle;
+            CAPTURE(c.p[0], c.word.string());
+            // a run leaves an unstable orbit
+            if (!(std::abs(point.multipliers[0]) < 1e3))
+                continue;
+            // Nothing jumps but the curvature: det M = exp(3 T tr A) exactly. The small multiplier
+            // is known to rounding of the large one, their product to rounding of its square.
+            if (std::abs(point.multipliers[0]) < 30)
+                CHECK((point.multipliers[0] * point.multipliers[1]).real() ==
+                      Approx(std::exp(1.2 * trace_of_field)).epsilon(1e-8));
+            const History run = system->run(c.t[0], c.x[0], c.end(c.size() - 1), c.p);
+            CHECK((run.x - c.x[0]).norm() < 1e-7);
+        }
+    }
+    const auto first =
+        std::find_if(branch.special.begin(), branch.special.end(), [](const SpecialPoint& s) {
+            return std::abs(s.cycle.p[0] - 20.8323542) < 1e-7;
+        });
+    REQUIRE(first != branch.special.end());
+    CHECK(first->kind == Kind::grazing);
+    CHECK(first->word_before == "-+-+");
+    CHECK(first->word_after == "-+");
+    CHECK(std::abs(residual(*first, "h")) < 1e-12);
+    CHECK(std::abs(residual(*first, "L1")) < 1e-10);
+    CHECK(std::abs(residual(*first, "L2")) < 1e-10);
+    CHECK(residual(*first, "L1'") < 0); // from below, and back from above
+    CHECK(residual(*first, "L2'") < 0);
+    CHECK(first->multipliers_child.empty());
+    for (const auto& [key, value] : first->conditions)
+        CHECK(std::isfinite(value));
+}
+
+TEST_CASE("branch: where a touch leads away for good, no slide and no end of all orbits is claimed",
+          "[branch]") {
+    // Forced, below a surface above which everything is thrown upwards.
+    const auto system = any_system(Thrown{});
+    const Orbit orbit = settle(*system, system->defaults(), Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    Cycle start = orbit.cycle;
+    const Branch branch = BranchTracer(*system, 0, 0.1, 2).trace(start);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "no orbit of a neighbouring word was found beyond this bifurcation");
+    REQUIRE(branch.special.size() == 1);
+    CHECK(branch.special[0].kind == Kind::grazing);
+    // x'' + x' + x = A cos t is A sin t
+    CHECK(branch.special[0].cycle.p[0] == Approx(1).epsilon(1e-10));
 }

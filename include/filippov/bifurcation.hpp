@@ -29,23 +29,29 @@ enum class Kind : unsigned char {
     neimark_sacker,
     cusp,
     degenerate_switching_sliding,
+    grazing, ///< with no slide: the surface is touched where both sides' fields cross it alike
 };
 
 constexpr std::string_view name(Kind kind) {
-    constexpr std::array<std::string_view, 9> names{"crossing-sliding",
-                                                    "grazing-sliding",
-                                                    "switching-sliding",
-                                                    "adding-sliding",
-                                                    "fold",
-                                                    "flip",
-                                                    "neimark-sacker",
-                                                    "cusp",
-                                                    "degenerate-switching-sliding"};
+    constexpr std::array<std::string_view, 10> names{"crossing-sliding",
+                                                     "grazing-sliding",
+                                                     "switching-sliding",
+                                                     "adding-sliding",
+                                                     "fold",
+                                                     "flip",
+                                                     "neimark-sacker",
+                                                     "cusp",
+                                                     "degenerate-switching-sliding",
+                                                     "grazing"};
     return names[static_cast<std::size_t>(kind)];
 }
 
-/// True of the four bifurcations in which a word changes.
+/// True of the four bifurcations in which a slide appears, disappears or is cut.
 constexpr bool is_sliding(Kind kind) { return kind <= Kind::adding_sliding; }
+/// True of the bifurcations in which a word changes, at one of its nodes.
+constexpr bool changes_word(Kind kind) { return is_sliding(kind) || kind == Kind::grazing; }
+/// True of those in which a segment touches the surface from its own side.
+constexpr bool grazes(Kind kind) { return kind == Kind::grazing_sliding || kind == Kind::grazing; }
 
 /// What may end a word. The value is positive while the word is right, and in units of the orbit:
 /// its period, its fastest approach to the surface, and their product.
@@ -175,11 +181,12 @@ inline std::vector<Test> causes_of(std::vector<Test> failed, const Cycle& c) {
     return causes;
 }
 
-/// A sliding bifurcation as equations: a cycle of the word with fewer segments, one node of which
-/// satisfies one condition more.
+/// A bifurcation in which the word changes as equations: a cycle of the word with fewer segments,
+/// one node of which satisfies one condition more.
 struct SlidingCondition {
-    Kind kind = Kind::grazing_sliding; ///< crossing and switching are told apart at the solution
-    Cycle cycle;                       ///< with the node where it happens
+    /// Crossing and switching are told apart at the solution, and whether a grazing has a slide.
+    Kind kind = Kind::grazing_sliding;
+    Cycle cycle; ///< with the node where it happens
     std::size_t node = 0;
     int side = 0; ///< the boundary of the sliding region that is met: s = side
 
@@ -188,7 +195,7 @@ struct SlidingCondition {
         using Q = Quantity::Kind;
         if (kind == Kind::adding_sliding)
             return {Q::margin, side, 0};
-        return {Q::h, side, kind == Kind::grazing_sliding ? 0 : 1};
+        return {Q::h, side, grazes(kind) ? 0 : 1};
     }
 };
 
@@ -281,6 +288,10 @@ inline std::optional<SlidingCondition> condition_of(const Cycle& c, const Test& 
         } else if (mode == 0) {
             s.kind = Kind::crossing_sliding;
             s.side = after;
+        } else if (before == -mode && after == -mode) {
+            s.kind = Kind::grazing;
+            s.side = before;
+            last.until = Until::graze;
         } else if (before == 0 && after == 0) {
             s.kind = Kind::adding_sliding;
             s.side = mode;
@@ -326,6 +337,10 @@ inline Cycle child_of(const SlidingCondition& s) {
         last.until = Until::surface;
         segment = {0, s.side < 0 ? Until::exit_below : Until::exit_above};
         break;
+    case Kind::grazing:
+        last.until = Until::surface;
+        segment = {-s.side, Until::surface};
+        break;
     case Kind::adding_sliding:
         last.until = s.side < 0 ? Until::exit_below : Until::exit_above;
         segment = {s.side, Until::surface};
@@ -341,7 +356,7 @@ inline Cycle child_of(const SlidingCondition& s) {
 /// The same bifurcation on another cycle that passes through the same points in the same modes, but
 /// for segments of no length.
 inline SlidingCondition moved_to(const Cycle& c, const SlidingCondition& s) {
-    const bool touches = s.kind == Kind::grazing_sliding || s.kind == Kind::adding_sliding;
+    const bool touches = grazes(s.kind) || s.kind == Kind::adding_sliding;
     const std::size_t n = c.size();
     const int mode = s.cycle.word[s.node + s.cycle.size() - 1].mode;
     Test test{touches ? Test::What::nearest : Test::What::far_side, 0, 0, {}};

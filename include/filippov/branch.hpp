@@ -37,11 +37,12 @@ public:
     }
     /// The branch through a bifurcation, that one among its special points: from one of the four
     /// sliding bifurcations the orbit with fewer segments goes one way, that with more the other.
+    /// The same from a grazing without a slide.
     /// @error std::invalid_argument unless there is one surface, a switching one without static
     /// friction, and the bifurcation lies within the bounds
     Branch trace(const SpecialPoint& start) {
         require_start(start.cycle);
-        return is_sliding(start.kind) ? trace_sliding(start) : trace_smooth(start);
+        return changes_word(start.kind) ? trace_sliding(start) : trace_smooth(start);
     }
 
 private:
@@ -49,7 +50,8 @@ private:
     using StepEnd = detail::StepEnd;
     using SmoothEnd = detail::SmoothEnd;
 
-    static constexpr const char* no_orbit = "no orbit continues beyond this bifurcation";
+    static constexpr const char* no_orbit =
+        "no orbit of a neighbouring word was found beyond this bifurcation";
     static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
     static constexpr const char* several = "several bifurcations at once";
     static constexpr const char* turned_back =
@@ -145,7 +147,11 @@ private:
         passed_.clear();
         if (met_)
             passed_.push_back(*met_);
+        bool first = met_ && met_->kind == Kind::grazing;
         detail::walk(line_.system, settings_, branch, [&](double& ds) {
+            if (first)
+                ds = std::min(ds, first_step_from(*here, met_->kind));
+            first = false;
             const bool goes_on = advance(*here, ds, branch);
             tell();
             return goes_on;
@@ -200,10 +206,17 @@ private:
         if (failed.empty())
             return accept(here, to, ds, branch, trouble);
         const bool last_try = ds < 2 * settings_.min_step;
-        const StepEnd end = bifurcate(here, to.cycle, failed, branch, trouble, last_try);
-        if (end != StepEnd::retry) // to see what happens right behind it
-            ds = std::min(ds, std::max(0.1 * settings_.first_step, settings_.min_step));
+        const bool close = ds <= 1e-3 * settings_.first_step;
+        const StepEnd end = bifurcate(here, to.cycle, failed, branch, trouble, close, last_try);
+        if (end == StepEnd::goes_on)
+            ds = std::min(ds, first_step_from(here, branch.special.back().kind));
         return end;
+    }
+    /// To see what happens right behind a bifurcation: a short one. Shorter still where multipliers
+    /// come from infinity: they pass 1 or -1 soon.
+    double first_step_from(const Place& here, Kind kind) const {
+        const bool unknown = kind == Kind::grazing && here.entered && here.entered->empty();
+        return std::max((unknown ? 1e-3 : 0.1) * settings_.first_step, settings_.min_step);
     }
     /// False if there is no point of the curve near the step's end.
     bool reach(const Place& here, double ds, Target& to, Branch& branch,
@@ -344,8 +357,11 @@ private:
     // --- a change of the word ------------------------------------------------------------------
 
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
+    /// @param close  the step is so short that what multipliers do before they grow beyond all
+    /// bounds
+    ///               has been seen
     StepEnd bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
-                      Branch& branch, std::string& trouble, bool last_try) {
+                      Branch& branch, std::string& trouble, bool close, bool last_try) {
         std::vector<Test> causes = causes_of(failed, beyond);
         const bool born = causes[0].what != Test::What::duration;
         const auto others = std::erase_if(causes, [born](const Test& test) {
@@ -372,6 +388,14 @@ private:
             }
             if (line_.system.interrupted())
                 return StepEnd::ended;
+            if (!born && s.kind == Kind::grazing) {
+                if (!detail::crosses_alike(line_.system, s)) {
+                    trouble = detail::touches_crossed;
+                    return StepEnd::retry;
+                }
+                if (!close && !last_try)
+                    return StepEnd::retry;
+            }
             special.push_back(detail::describe(line_.system, s, c));
             special.back().word_before = before.word.string();
         }

@@ -28,12 +28,13 @@ public:
     const std::vector<DegeneratePoint>& degenerate() const { return degenerate_; }
 
     /// @error std::invalid_argument unless there is one surface, a switching one without static
-    /// friction, and the bifurcation is a sliding one, a fold or a flip
+    /// friction, and the bifurcation is a sliding one, a grazing, a fold or a flip
     Curve trace(const CurveStart& start) {
-        if (!is_sliding(start.kind) && start.kind != Kind::fold && start.kind != Kind::flip)
-            throw std::invalid_argument(
-                "filippov: start.kind: expected a sliding bifurcation, a fold or a flip, not " +
-                std::string(name(start.kind)));
+        if (!changes_word(start.kind) && start.kind != Kind::fold && start.kind != Kind::flip)
+            throw std::invalid_argument("filippov: start.kind: expected a sliding bifurcation, a "
+                                        "grazing, a fold or a flip, "
+                                        "not " +
+                                        std::string(name(start.kind)));
         detail::require_continuable(plane_.system, start.orbit().p);
         detail::HalfCurve forward, backward;
         run(start, +1, forward);
@@ -161,7 +162,7 @@ private:
             trouble = detail::too_unstable;
             return StepEnd::failed;
         }
-        if (is_sliding(here.kind))
+        if (changes_word(here.kind))
             for (const Kind kind : {Kind::fold, Kind::flip})
                 detail::add_smooth_point(plane_.system, here, to.length, kind, next.multipliers,
                                          curve);
@@ -177,7 +178,7 @@ private:
         }
         here.z = to.z;
         here.t = to.t;
-        if (!is_sliding(here.kind) && !renew(here))
+        if (!changes_word(here.kind) && !renew(here))
             return StepEnd::failed;
         if (to.iterations <= 3)
             ds = std::min(1.5 * ds, settings_.max_step);

@@ -63,7 +63,7 @@ inline std::vector<Test> other_tests(const AnySystem& system, const CurvePlace& 
                                      const Vector& z) {
     std::vector<Test> others;
     for (const Test& test : tests_of(system, here.cycle(z))) {
-        const bool own = is_sliding(here.kind) && test.what == Test::What::far_side &&
+        const bool own = changes_word(here.kind) && test.what == Test::What::far_side &&
                          test.i == here.condition.node;
         if (!own)
             others.push_back(test);
@@ -162,13 +162,13 @@ inline std::optional<CurvePlace> smooth_place(const CurvePlane& plane, const Cur
 /// @param direction  +1 or -1
 inline std::optional<CurvePlace> place_of(const CurvePlane& plane, const CurveStart& start,
                                           int direction) {
-    return is_sliding(start.kind) ? sliding_place(plane, start, direction)
-                                  : smooth_place(plane, start, direction);
+    return changes_word(start.kind) ? sliding_place(plane, start, direction)
+                                    : smooth_place(plane, start, direction);
 }
 
 /// Of the orbit without the node at which it bifurcates, where no return map has a slope.
 inline Multipliers multipliers_of(const AnySystem& system, const CurvePlace& p, const Vector& z) {
-    if (!is_sliding(p.kind))
+    if (!changes_word(p.kind))
         return floquet(system, p.cycle(z));
     SlidingCondition s = p.condition;
     s.cycle = p.cycle(z);

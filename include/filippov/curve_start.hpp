@@ -46,14 +46,14 @@ struct CurveStart {
     int growing_rate = 0; ///< +-1: the second derivative at the node grows in this direction
 
     /// The orbit that bifurcates.
-    const Cycle& orbit() const { return is_sliding(kind) ? condition.cycle : cycle; }
+    const Cycle& orbit() const { return changes_word(kind) ? condition.cycle : cycle; }
 };
 
 /// The start of a curve from a bifurcation on a branch.
 inline CurveStart curve_start(const SpecialPoint& s) {
     CurveStart start;
     start.kind = s.kind;
-    if (is_sliding(s.kind))
+    if (changes_word(s.kind))
         start.condition = {s.kind, s.cycle, s.node, s.side};
     else
         start.cycle = s.cycle;

@@ -30,10 +30,11 @@ inline SpecialPoint special_at(const AnySystem& system, const CurvePlace& here, 
     special.cycle = here.cycle(at.z);
     special.word_before = special.word_after = special.cycle.word.string();
     special.convergence = at.convergence;
-    if (is_sliding(here.kind)) {
+    if (changes_word(here.kind)) {
         special.node = here.condition.node;
         special.side = here.condition.side;
-        special.conditions = conditions_at(system, special.cycle, special.node, special.side);
+        special.conditions =
+            conditions_at(system, here.kind, special.cycle, special.node, special.side);
     }
     return special;
 }
@@ -55,7 +56,7 @@ inline double fold_test(const CurvePlace& here, const Vector& z) {
 /// What distinguishes a bifurcation from a degenerate one: the next derivative at the node, or that
 /// of a fold.
 inline double second_order_test(const CurvePlace& here, const Vector& z) {
-    if (!is_sliding(here.kind))
+    if (!changes_word(here.kind))
         return here.kind == Kind::fold ? fold_test(here, z) : 1;
     const int order = here.kind == Kind::adding_sliding ? 3 : 2;
     const Quantity q{Quantity::Kind::h, here.condition.side, order};

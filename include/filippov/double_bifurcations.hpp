@@ -114,14 +114,14 @@ inline std::size_t node_at(const Cycle& c, double t) {
 inline std::optional<CurvePlace> continued(const CurvePlane& plane, const CurvePlace& here,
                                            const Located& at, const SlidingCondition& second,
                                            bool born) {
-    if (second.kind == Kind::grazing_sliding || here.kind == Kind::grazing_sliding)
+    if (grazes(second.kind) || grazes(here.kind))
         return std::nullopt; // multipliers jump, and with them the curve
-    if (!is_sliding(here.kind) && born)
+    if (!changes_word(here.kind) && born)
         return std::nullopt; // a segment without length: the equations are singular
     const Cycle next = born ? child_of(second) : parent_of(second);
     CurveStart start;
     start.kind = here.kind;
-    if (is_sliding(here.kind)) {
+    if (changes_word(here.kind)) {
         start.condition = here.condition;
         start.condition.cycle = next;
         start.condition.node = node_at(next, here.cycle(at.z).t[here.condition.node]);
@@ -161,14 +161,14 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
     if (cause.what == Test::What::nearest)
         exact.least = polished(system, there, cause.i, cause.least);
     auto second = condition_of(there, exact);
-    if (!second) {
+    const bool dies = cause.what == Test::What::duration;
+    if (!second || (dies && second->kind == Kind::grazing)) {
         trouble = touches_crossed;
         return StepEnd::retry;
     }
     second->kind = named(system, *second);
-    const bool dies = cause.what == Test::What::duration;
     BranchPoint last = point_of(system, here, at.z);
-    if (!is_sliding(here.kind) && dies && !meet(plane, here.kind, *second, last, curve)) {
+    if (!changes_word(here.kind) && dies && !meet(plane, here.kind, *second, last, curve)) {
         trouble = "the point where it meets a curve of sliding bifurcations was not located";
         return StepEnd::retry;
     }
@@ -193,10 +193,10 @@ inline bool ends_at_short_segment(const CurvePlane& plane, const CurvePlace& her
     for (std::size_t i = 1; i < c.size(); ++i)
         if (c.duration(i) < c.duration(test.i))
             test.i = i;
-    if (is_sliding(here.kind) || !(c.duration(test.i) < 1e-2 * c.period))
+    if (changes_word(here.kind) || !(c.duration(test.i) < 1e-2 * c.period))
         return false;
     auto s = condition_of(c, test);
-    if (!s)
+    if (!s || s->kind == Kind::grazing)
         return false;
     s->kind = named(plane.system, *s);
     BranchPoint last;

@@ -156,7 +156,8 @@ inline void flip_before(const BranchLine& line, const BranchPlace& here, const S
     const auto& before = multipliers_at(here, branch);
     const bool forced = line.system.forced();
     const auto& after = born ? end.multipliers : end.multipliers_child;
-    if (before.empty() || !(flip_test(before, forced) * flip_test(after, forced) < 0))
+    if (before.empty() || after.empty() ||
+        !(flip_test(before, forced) * flip_test(after, forced) < 0))
         return;
     const double length = along_to(line, here, born ? parent_of(s) : child_of(s));
     if (!(length > 0))

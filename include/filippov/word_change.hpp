@@ -139,9 +139,9 @@ inline bool keep_first(const BranchLine& line, std::vector<SlidingCondition>& co
 
 /// The curve of the word with one segment more, in the direction in which that grows.
 inline std::optional<BranchPlace> child(const BranchLine& line, const SlidingCondition& s) {
-    if (s.kind == Kind::grazing_sliding) {
-        const double far = value_at(line.system, s.cycle, s.node, {Quantity::Kind::h, -s.side, 1});
-        if (!(s.side * far > 0))
+    if (s.kind == Kind::grazing) { // a visit of the far side, if that leads back
+        const double far = value_at(line.system, s.cycle, s.node, {Quantity::Kind::h, -s.side, 2});
+        if (!crosses_alike(line.system, s) || !(s.side * far > 0))
             return std::nullopt;
     }
     const Cycle c = child_of(s);
@@ -202,7 +202,7 @@ inline std::optional<BranchPlace> parent(const BranchLine& line, const SlidingCo
         const Shooting shape(line.system, s.cycle, {line.parameter, -1});
         const auto [value, gradient] = shape.at_node(shape.pack(s.cycle), s.node, s.vanishes());
         int sign = 1;
-        if (s.kind == Kind::grazing_sliding || s.kind == Kind::crossing_sliding)
+        if (grazes(s.kind) || s.kind == Kind::crossing_sliding)
             sign = s.side;
         else if (s.kind == Kind::switching_sliding)
             sign = -s.side;

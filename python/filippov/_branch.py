@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Branch", "SpecialPoint", "continuation"]
 
 KINDS = tuple(_core.bifurcation_names())
-CURVE_KINDS = KINDS[:6]  #: that are followed in two parameters
+CURVE_KINDS = (*KINDS[:6], "grazing")  #: that are followed in two parameters
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -321,7 +321,7 @@ def continuation(
     start : Orbit or SpecialPoint
         The first orbit, or a bifurcation of an orbit from `Branch.specials`; the branch is followed
         from it both ways. In two parameters a bifurcation: one of the four sliding bifurcations, a
-        fold or a flip.
+        grazing, a fold or a flip.
     parameter : str, or two of them
         Names of the parameters.
     bounds : (float, float), or two such pairs
@@ -329,9 +329,9 @@ def continuation(
         where the orbit or the bifurcation ceases to exist; a closed branch goes round once.
     detect : "all" or iterable of str
         Kinds of bifurcation to report: "crossing-sliding", "grazing-sliding", "switching-sliding",
-        "adding-sliding", "fold", "flip", "neimark-sacker"; in two parameters also "cusp" and
-        "degenerate-switching-sliding", where another kind is a second bifurcation of the same
-        orbit. The branch itself does not depend on it.
+        "adding-sliding", "grazing", "fold", "flip", "neimark-sacker"; in two parameters also
+        "cusp" and "degenerate-switching-sliding", where another kind is a second bifurcation of the
+        same orbit. The branch itself does not depend on it.
     max_step, first_step : float
         Longest and first step, in units of the orbit's size and of the width of the bounds.
     max_points : int

@@ -45,6 +45,7 @@ BIFURCATIONS: dict[str, dict[str, Any]] = {
     "neimark-sacker": {"marker": "h", "color": "#101010", "markerfacecolor": "white"},
     "cusp": {"marker": "*", "color": "#101010"},
     "degenerate-switching-sliding": {"marker": "P", "color": "#c0392b"},
+    "grazing": {"marker": "^", "color": "#101010", "markerfacecolor": "white"},
 }
 
 
@@ -230,6 +231,7 @@ CURVES: dict[str, dict[str, Any]] = {
     "adding-sliding": {"color": "#c0392b", "linestyle": "-."},
     "fold": {"color": "#101010", "linestyle": "-"},
     "flip": {"color": "#e8a33d", "linestyle": (0, (4, 1, 1, 1, 1, 1))},
+    "grazing": {"color": "#8e44ad", "linestyle": (0, (1, 4))},
 }
 CURVE: dict[str, Any] = {"linewidth": 1.5}
 

@@ -269,12 +269,11 @@ BranchSettings steps(double first_step, double max_step, int max_points) {
 /// A bifurcation by its cycle, kind, node and side.
 SpecialPoint special_from(const Model& model, const py::tuple& cycle, int kind, int node,
                           int side) {
-    expect(kind >= 0 && kind <= static_cast<int>(Kind::degenerate_switching_sliding),
-           "kind is 0 to 8");
+    expect(kind >= 0 && kind <= static_cast<int>(Kind::grazing), "kind is 0 to 9");
     SpecialPoint point;
     point.kind = static_cast<Kind>(kind);
     point.cycle = cycle_from(model, cycle);
-    expect(!is_sliding(point.kind) || (node >= 0 && std::size_t(node) < point.cycle.size()),
+    expect(!changes_word(point.kind) || (node >= 0 && std::size_t(node) < point.cycle.size()),
            "node is an index");
     point.node = std::size_t(std::max(node, 0));
     point.side = side;
@@ -388,7 +387,7 @@ void bind_orbit(py::module_& m) {
     m.def("bifurcation_set", &explored);
     m.def("bifurcation_names", [] {
         std::vector<std::string> names;
-        for (int k = 0; k <= static_cast<int>(Kind::degenerate_switching_sliding); ++k)
+        for (int k = 0; k <= static_cast<int>(Kind::grazing); ++k)
             names.emplace_back(name(static_cast<Kind>(k)));
         return names;
     });

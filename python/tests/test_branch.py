@@ -183,7 +183,7 @@ def test_detect_chooses_what_is_reported(hard):
     np.testing.assert_array_equal(some.param["omega"], hard.param["omega"])
     assert set(hard.special) == {
         "crossing-sliding", "grazing-sliding", "switching-sliding", "adding-sliding", "fold",
-        "flip", "neimark-sacker", "cusp", "degenerate-switching-sliding",
+        "flip", "neimark-sacker", "cusp", "degenerate-switching-sliding", "grazing",
     }  # fmt: skip
 
 
