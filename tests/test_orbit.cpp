@@ -56,6 +56,35 @@ struct Corner {
     }
 };
 
+/// A buck converter: v is compared with a sawtooth that jumps at the end of a period; or, where
+/// `smooth` is 1, with a sine.
+struct Sawtooth {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"E", "smooth"};
+    static constexpr std::array<double, 2> defaults{22, 0};
+    template <Scalar S> static State<Sawtooth, S> fed(const State<Sawtooth, S>& x, const S& u) {
+        return {(x[1] - x[0] / S(22)) / S(0.047), (u - x[0]) / S(20)};
+    }
+    template <Scalar S>
+    State<Sawtooth, S> f1(const S&, const State<Sawtooth, S>& x, const Params<Sawtooth, S>&) const {
+        return fed(x, S(0));
+    }
+    template <Scalar S>
+    State<Sawtooth, S> f2(const S&, const State<Sawtooth, S>& x,
+                          const Params<Sawtooth, S>& p) const {
+        return fed(x, p[0]);
+    }
+    template <Scalar S>
+    S h(const S& t, const State<Sawtooth, S>& x, const Params<Sawtooth, S>& p) const {
+        using std::atan, std::tan, std::sin;
+        const S phase = t * S(std::acos(-1.0) / 0.4);
+        const S jumps = S(0.5) + atan(tan(phase - S(std::acos(0.0)))) / S(std::acos(-1.0));
+        const S ramp = p[1] * (S(0.5) + S(0.5) * sin(S(2) * phase)) + (S(1) - p[1]) * jumps;
+        return S(3.8) + S(4.4) * ramp - S(8.4) * (x[0] - S(11.3));
+    }
+    template <Scalar S> S period(const Params<Sawtooth, S>&) const { return S(0.4); }
+};
+
 } // namespace
 
 TEST_CASE("orbit: words of the chapter's orbits", "[orbit]") {
@@ -307,4 +336,29 @@ TEST_CASE("orbit: with static friction slides end at s_max", "[orbit]") {
             CHECK(orbit.monodromy(0, 0) == Approx((end(d) - end(-d)) / (2 * d)).epsilon(1e-6));
         }
     }
+}
+
+TEST_CASE("orbit: a surface that jumps in time is named, and only where it is passed so",
+          "[orbit]") {
+    const auto system = any_system(Sawtooth{});
+    Vector p = system->defaults();
+    const std::string why = "the surface jumps in time";
+    const Vector x = point({12, 0.5}), at_rest = system->run(0, x, 400, p).x;
+    // a stable fixed point of plain runs
+    CHECK((system->run(0, at_rest, 0.4, p).x - at_rest).norm() < 1e-8);
+    for (const Orbit& orbit :
+         {settle(*system, p, x), orbit_near(*system, p, 0, at_rest, 1),
+          orbit_near(*system, p, 0, at_rest, 2), orbit_near(*system, p, 0.1, at_rest, 1)}) {
+        CHECK(orbit.status == Status::not_converged);
+        CHECK(orbit.message.substr(0, why.size()) == why);
+    }
+    // v stays below what the sawtooth asks for: it jumps, and is not passed
+    p[0] = 5;
+    const Orbit off = settle(*system, p, x);
+    CHECK(off.status == Status::ok);
+    // nor is a steep surface taken for one that jumps
+    p = system->defaults();
+    p[1] = 1;
+    const Orbit smooth = settle(*system, p, x);
+    CHECK(smooth.message.substr(0, why.size()) != why);
 }

@@ -4,7 +4,9 @@
 
 #include <filippov/floquet.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -111,6 +113,45 @@ inline std::optional<Cycle> recurrence_of(const History& run, double closeness, 
     return std::nullopt;
 }
 
+namespace detail {
+
+/// When a run from t0 passes a surface that jumps over it: at a change of mode that is not on its
+/// surface; or at the end, which t0 is one turn later. NaN: nowhere.
+inline double surface_jumps(const AnySystem& system, const History& run, double t0,
+                            const Vector& p) {
+    const auto at = [&](int j, int mode, double t, const Vector& x) {
+        return system.quantity({Quantity::Kind::h, mode, 0, j, mode}, t, x, p, {});
+    };
+    const auto h = [&](int j, int mode, double t, const Vector& x) {
+        return mode_entry(mode, j) * at(j, mode, t, x).value[0];
+    };
+    // h changes by so much in the run: a millionth of it is no error of a location
+    double size = 0;
+    const auto leaves_a_side = [](const Happening& e) {
+        return e.before != e.after && e.surface >= 0 && mode_entry(e.before, e.surface) != 0;
+    };
+    for (const Happening& e : run.events)
+        if (leaves_a_side(e)) {
+            const Eigen::RowVectorXd slope = at(e.surface, e.before, e.t, e.x).slope.row(0);
+            const Vector flow = system.field(e.before, e.t, e.x, p);
+            const double rate = slope.head(flow.size()).dot(flow) + slope[flow.size()];
+            size = std::max(size, std::abs(rate) * (run.t - t0));
+        }
+    for (const Happening& e : run.events)
+        if (leaves_a_side(e) && std::abs(h(e.surface, e.before, e.t, e.x)) > 1e-6 * size)
+            return e.t;
+    for (int j = 0; system.forced() && j < run.surfaces; ++j)
+        if (mode_entry(run.mode, j) != 0 && h(j, run.mode, t0, run.x) < -1e-6 * size)
+            return t0;
+    return std::numeric_limits<double>::quiet_NaN();
+}
+inline std::string surface_jumps_at(double t) {
+    return "the surface jumps in time, and the solution changes sides by it at t = " +
+           std::to_string(t) + ": periodic orbits of such systems are not supported";
+}
+
+} // namespace detail
+
 /// How an orbit is looked for.
 struct OrbitSearch {
     double transient = 200;  ///< before it: forcing periods, or time for an autonomous system
@@ -158,11 +199,18 @@ inline Orbit orbit_from(const AnySystem& system, const Vector& p, Vector x,
             continue;
         const History whole = system.run(0, x, turns * T, p);
         const auto cycle = cycle_of(whole, 0, x, turns, p);
-        if (!cycle)
+        Orbit orbit;
+        orbit.status = Status::not_converged;
+        if (cycle)
+            orbit = solve_shortest(system, *cycle);
+        if (orbit.status != Status::ok) {
+            const double jump = surface_jumps(system, whole, 0, p);
+            if (found.status != Status::ok && std::isfinite(jump)) {
+                found.message = surface_jumps_at(jump);
+                return found;
+            }
             continue;
-        Orbit orbit = solve_shortest(system, *cycle);
-        if (orbit.status != Status::ok)
-            continue;
+        }
         if (orbit.stable(true))
             return orbit;
         if (found.status != Status::ok)
@@ -252,6 +300,7 @@ inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, con
     const double T = system.period(p, {}).value;
     const double span = system.forced() ? turns * T : search.window;
     std::optional<Cycle> cycle;
+    double jump = std::numeric_limits<double>::quiet_NaN();
     Vector x = x0;
     // A guess beside the surface may come round in another mode, and its image in the right one.
     for (int k = 0; k < 3 && !cycle; ++k) {
@@ -261,14 +310,19 @@ inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, con
         if (run.status != Status::ok)
             return none;
         cycle = system.forced() ? cycle_of(run, t0, x, turns, p) : recurrence_of(run, 0.1, p);
+        if (!std::isfinite(jump))
+            jump = detail::surface_jumps(system, run, t0, p);
         x = run.x;
     }
-    if (!cycle) {
-        none.status = Status::not_converged;
+    if (!cycle)
         none.message = "the run from the guess does not come round to the mode it starts in";
-        return none;
-    }
-    return solve_orbit(system, *cycle);
+    else if (Orbit orbit = solve_orbit(system, *cycle);
+             orbit.status == Status::ok || !std::isfinite(jump))
+        return orbit;
+    none.status = Status::not_converged;
+    if (std::isfinite(jump))
+        none.message = detail::surface_jumps_at(jump);
+    return none;
 }
 
 } // namespace filippov
