@@ -41,6 +41,28 @@ struct Shaker {
     }
 };
 
+/// x'' = -x - F sign x' + A cos(omega t): friction alone damps it.
+struct Undamped {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 3> params{"F", "A", "omega"};
+    static constexpr std::array<double, 3> defaults{0.3, 1, 0.5};
+    template <Scalar S>
+    static Vec<S, 2> pulled(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p, double side) {
+        using elementary::cos;
+        return {x[1], p[1] * cos(p[2] * t) - x[0] - S(side) * p[0]};
+    }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+        return pulled(t, x, p, -1);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 3>& p) const {
+        return pulled(t, x, p, 1);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 3>&) const { return x[1]; }
+    template <Scalar S> S period(const Vec<S, 3>& p) const {
+        return S(2 * std::numbers::pi) / p[2];
+    }
+};
+
 const std::shared_ptr<const AnySystem>& block() {
     static const auto system = oscillator_system();
     return system;
@@ -623,4 +645,18 @@ TEST_CASE("P_trans: a slide that ends on another branch of the exit curve has no
         }
     CHECK(known + elsewhere > 20);
     CHECK(elsewhere > 0);
+}
+
+TEST_CASE("map_graph: an evaluation that passes many modes counts as several", "[maps]") {
+    // most solutions slip for ever, and turn round twice a period for the 50 periods of the wait
+    const auto system = any_system(Undamped{});
+    const TransitionMap map(*system, system->defaults());
+    const MapGraph graph = map_graph(map, 1, {.max_evaluations = 1000});
+    CHECK(graph.status == Status::max_steps);
+    CHECK_THAT(graph.message, ContainsSubstring("max_evaluations"));
+    const auto waits = std::count_if(graph.samples.begin(), graph.samples.end(), [](const auto& s) {
+        return s.image.status == Status::escaped && s.image.word.size() >= 100;
+    });
+    CHECK(waits > 0);
+    CHECK(graph.evaluations < 200);
 }

@@ -73,6 +73,8 @@ struct GraphSettings {
     int samples = 512;         ///< at first, on either circle; what is finer can be missed
     double tolerance = 1e-6;   ///< between the graph and the cubics through its samples
     double resolution = 1e-13; ///< of breaks, in phase
+    /// One that passes more than a few modes counts as several: a solution that does not stick
+    /// again is followed for `max_periods`.
     long long max_evaluations = 500'000;
     /// May be empty. Called after each of the first intervals, of which there are 2 `samples`.
     std::function<void(std::size_t done, std::size_t total)> progress{};
@@ -149,9 +151,11 @@ private:
     MapSample sample(int boundary, double phase) {
         ++graph_.evaluations;
         MapSample s{{boundary, phase}, (*map_)({boundary, phase}, graph_.iterate)};
+        const auto modes = (long long)(s.image.word.size());
+        spent_ += std::max(1LL, modes / (ordinary * graph_.iterate));
         if (s.image.status == Status::interrupted)
             fail(Status::interrupted, std::string(message(Status::interrupted)));
-        else if (graph_.evaluations > settings_.max_evaluations)
+        else if (spent_ > settings_.max_evaluations)
             fail(Status::max_steps, "max_evaluations was used up; breaks and fixed points may be "
                                     "missing.");
         return s;
@@ -381,9 +385,12 @@ private:
                  "The map is defined nowhere that a slide ends. " + undefined->image.message);
     }
 
+    static constexpr long long ordinary = 5; ///< modes and a bar of an evaluation that counts once
+
     const TransitionMap* map_;
     GraphSettings settings_;
     MapGraph graph_;
+    long long spent_ = 0; ///< of max_evaluations
 };
 
 /// The graph of P_trans^iterate with its breaks and fixed points.

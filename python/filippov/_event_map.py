@@ -260,7 +260,8 @@ def event_map(
     guess : array, shape (2,), optional
         A state near the ends of slides at phase 0, where Newton's iteration starts.
     max_evaluations : int
-        Bound on the work.
+        Bound on the work, in evaluations; one that passes more than a few modes, as where no
+        stick comes within `max_periods`, counts as several.
     progress : bool or function
         True shows a bar; a function is called as `progress(done, total)`, in intervals of the first
         samples, always from the calling thread.
