@@ -972,3 +972,58 @@ TEMPLATE_TEST_CASE("H31: contact lets go where its force vanishes, and comes bac
     REQUIRE(exits.size() == 2);
     CHECK(exits[1] == Approx(2 * pi + pi / 6).epsilon(1e-12));
 }
+
+namespace {
+
+/// A ball on a table that moves as A sin(omega t): z'' = -g, and h is the small difference of two
+/// large terms. T is the period, or 0 for absolute time.
+struct Table {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 5> params{"g", "e", "A", "omega", "T"};
+    static constexpr std::array<double, 5> defaults{9.81, 0.5, 0.12, 10, 0};
+    static constexpr std::array kinds{SurfaceKind::jump};
+
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>& x, const Vec<S, 5>& p) const {
+        return {x[1], -p[0]};
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 5>& p) const {
+        using std::sin;
+        return x[0] - p[2] * sin(p[3] * t);
+    }
+    template <Scalar S>
+    Vec<S, 2> jump(int, const S& t, const Vec<S, 2>& x, const Vec<S, 5>& p) const {
+        using std::cos;
+        return {x[0], -p[1] * x[1] + (S(1) + p[1]) * p[2] * p[3] * cos(p[3] * t)};
+    }
+    template <Scalar S> S period(const Vec<S, 5>& p) const { return p[4]; }
+
+    static Vec<double, 5> with(double e, double A, bool periodic) {
+        Vec<double, 5> p;
+        p << 9.81, e, A, 10, periodic ? 2 * pi / 10 : 0.0;
+        return p;
+    }
+    /// h after a flight of this length from (t, x), and its rate.
+    static V2 flown(double dt, double t, const V2& x, const Vec<double, 5>& p) {
+        return {x[0] + dt * (x[1] - p[0] * dt / 2) - p[2] * std::sin(p[3] * (t + dt)),
+                x[1] - p[0] * dt - p[2] * p[3] * std::cos(p[3] * (t + dt))};
+    }
+};
+constexpr std::array table_amplitudes{0.0983, 0.1037, 0.12, 0.13, 0.145, 0.16, 0.178, 0.2};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H31: events on a moving table are on it at their own time", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    for (const bool periodic : {false, true}) {
+        const auto p = Table::with(0.8, 0.12, periodic);
+        const auto r = run<TestType>(Table{}, p, V2(0.3, 0), 0, 30, bounded<2>(1e-9, 200'000));
+        for (const auto& e : r.events) {
+            if (e.kind != jump && e.kind != exit_sliding)
+                continue;
+            const V2 h = Table::flown(0, e.t_local, e.x_left, p);
+            CHECK(std::abs(h[0]) <= 0.12 * eps); // an ulp of z, not of the time times the speed
+            if (e.kind == exit_sliding)
+                CHECK(std::abs(h[1]) <= 4 * 1.2 * eps);
+        }
+    }
+}

@@ -191,12 +191,17 @@ private:
         return Tableau::squared_error(rk_, weight);
     }
 
+    /// The clock after a step.
+    FILIPPOV_INLINE Clock<S> after(const S& dt) const {
+        if (dt == remaining_)
+            return end_;
+        Clock<S> next = place_.clock;
+        next.advance(dt);
+        return next;
+    }
     /// Takes the step along a path: observer, state, clock.
     template <class Path> FILIPPOV_INLINE void accept(Path& path) {
-        Clock<S> next = place_.clock;
-        next.advance(path.dt);
-        if (path.dt == remaining_)
-            next = end_;
+        const Clock<S> next = after(path.dt);
         if constexpr (Obs::wants_steps)
             observer_.on_step(
                 StepView<S, N, M>{place_.clock, next, path.dt, place_.x, path.x1, place_.mode},
@@ -234,7 +239,7 @@ private:
         stop.guard = found.guard;
         stop.touch = found.touch;
         stop.jumped = landing.jumped || (target.ends_slide() && !on_target()); // of h, or of s
-        target.settle(path, landing.jumped);
+        target.settle(path, after(path.dt).local, landing.jumped);
         const bool flat = target.degenerate(path);
         accept(path);
         watch_.go_on_with_sections();

@@ -68,8 +68,8 @@ public:
     }
     /// Puts the landed state on the surface that was met (not after a touch, nor where h jumped)
     /// and on the one slid on.
-    template <class Path> void settle(Path& path, bool jumped) const {
-        const S t = at_.clock.local + path.dt;
+    /// @param t  where the clock will be then, which may round otherwise than `local + dt`
+    template <class Path> void settle(Path& path, const S& t, bool jumped) const {
         const bool on_surface = meets_surface() && !found_.touch && !jumped;
         path.x1 = project(at_.sys, on_surface ? at_.held_with(surface(), t, path.x1) : at_.held, t,
                           path.x1, at_.p, at_.scale);
