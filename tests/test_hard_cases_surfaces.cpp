@@ -1027,3 +1027,15 @@ TEMPLATE_TEST_CASE("H31: events on a moving table are on it at their own time", 
         }
     }
 }
+
+TEMPLATE_TEST_CASE("H31: a moving table lets go in one way", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    // Its acceleration vanishes there, and the speed is rounding.
+    for (const double A : table_amplitudes)
+        for (const bool periodic : {false, true}) {
+            INFO("A = " << A << ", periodic " << periodic);
+            const auto r = run<TestType>(Table{}, Table::with(0.2, A, periodic), V2(0.3, 0), 0, 30,
+                                         bounded<2>(1e-6, 200'000));
+            CHECK(r.result.status != Status::ambiguous);
+        }
+}

@@ -7,16 +7,22 @@
 
 namespace filippov {
 
+/// A mode free of all surfaces with jumps; it may slide on others.
+template <class Sys>
+Mode<surfaces_v<Sys>> free_of_jumps(const Sys& sys, Mode<surfaces_v<Sys>> mode) {
+    for (int k = 0; k < surfaces_v<Sys>; ++k)
+        if (is_kind(sys, k, SurfaceKind::jump))
+            mode.set(k, +1);
+    return mode;
+}
 /// h_j' and h_j'' of a surface with jumps where the solution is free of all such surfaces; `mode`
 /// may slide on others.
 template <class Sys, class S>
-std::array<S, 2> free_rates(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+std::array<S, 2> free_rates(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
                             const State<Sys, S>& x, const Params<Sys, S>& p) {
-    for (int k = 0; k < surfaces_v<Sys>; ++k) // free of this one and of others like it
-        if (is_kind(sys, k, SurfaceKind::jump))
-            mode.set(k, +1);
+    const Mode<surfaces_v<Sys>> free = free_of_jumps(sys, mode);
     const auto field = [&](const auto& time, const auto& y, const auto& q) {
-        return mode_field(sys, mode, time, y, q);
+        return mode_field(sys, free, time, y, q);
     };
     const auto h = [&](const auto& time, const auto& y, const auto& q) {
         return switching(sys, time, y, q)[j];
@@ -26,7 +32,8 @@ std::array<S, 2> free_rates(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, c
 
 /// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
 /// -1 against it, 0 at rest. At rest is what would fly or fall no higher than rounding of h, or no
-/// longer than some units of the last place of t.
+/// longer than some units of the last place of t, or moves no faster than the rounding of h_j':
+/// where contact ends h_j'' vanishes, and says nothing of either.
 template <class Sys, class S>
 int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
                   const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
@@ -34,7 +41,9 @@ int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, cons
     const auto rate = free_rates(sys, mode, j, t, x, p);
     const S band = rounding_band(sys, j, t, x, p);
     if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band ||
-        S(2) * abs(rate[0]) <= S(64) * ulp(t) * abs(rate[1]))
+        S(2) * abs(rate[0]) <= S(64) * ulp(t) * abs(rate[1]) ||
+        abs(rate[0]) <=
+            rate_rounding(sys, j, t, x, p, mode_field(sys, free_of_jumps(sys, mode), t, x, p)))
         return 0;
     return S(direction) * rate[0] > S(0) ? 1 : -1;
 }
@@ -144,13 +153,19 @@ private:
         return flow;
     }
 
+    /// Where the solution goes from surface j, which has jumps. What was in contact with it is at
+    /// rest, whatever the rounding of its speed.
+    int motion(int j) const {
+        return before_[j] == 0 ? 0 : normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction);
+    }
+
     /// A kink is always crossed, and contact is for what does not leave.
     bool may_slide(int j) const {
         if (is_kind(sys_, j, SurfaceKind::kink))
             return false;
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump))
-                return normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction) == 0 &&
+                return motion(j) == 0 &&
                        !(arrival_.direction > 0 && throws_from_rest(sys_, mode_, j, t_, x_, p_));
         return true;
     }
@@ -200,9 +215,8 @@ private:
         order = 1;
         if constexpr (has_jumps_v<Sys>)
             if (jumps) {
-                const int motion = normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction);
-                if (motion != 0)
-                    return motion > 0;
+                if (const int to = motion(j); to != 0)
+                    return to > 0;
                 order = 2; // at rest: what follows is about the acceleration
             }
         S slope(0), size(0);

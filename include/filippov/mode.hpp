@@ -75,12 +75,12 @@ bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Sma
 
 } // namespace detail
 
-/// What h_j' along the field of `mode` may be off by rounding.
+/// What h_j' along a field, f at (t, x), may be off by rounding of its terms.
 template <class Sys, class S>
-S rate_rounding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
-                const State<Sys, S>& x, const Params<Sys, S>& p) {
+S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
+                const State<Sys, S>& f) {
     using std::abs;
-    const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p);
     S terms = abs(h_t(sys, j, t, x, p));
     for (int i = 0; i < dim_v<Sys>; ++i)
         terms += abs(gradient[i] * f[i]);
@@ -103,7 +103,7 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
         y -= (switching(sys, later, y, p)[j] / size) * gradient;
         const State<Sys, S> there = side_field(sys, mode, later, y, p);
         const S change = normal_component(sys, j, later, y, p, there) - slope;
-        if (abs(change) > S(100) * (abs(slope) + rate_rounding(sys, mode, j, later, y, p)))
+        if (abs(change) > S(100) * (abs(slope) + rate_rounding(sys, j, later, y, p, there)))
             return change / dt;
     }
     return S(0);
@@ -141,7 +141,8 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
         return switching(sys, time, y, q)[j];
     };
     const bool slide = detail::sign(slope_found) == -mode[j] && arrival.from != mode[j];
-    const bool none = slide && abs(slope_found) <= rate_rounding(sys, mode, j, t, x, p);
+    const bool none =
+        slide && abs(slope_found) <= rate_rounding(sys, j, t, x, p, side_field(sys, mode, t, x, p));
     const S slope = none ? S(0) : slope_found;
     const detail::Smallness<S> first{band, slide ? S(16) * ulp(t) : S(0)};
     const detail::Smallness<S> higher{band, S(0)};
