@@ -1039,3 +1039,15 @@ TEMPLATE_TEST_CASE("H31: a moving table lets go in one way", "[hard]", DormandPr
             CHECK(r.result.status != Status::ambiguous);
         }
 }
+
+TEMPLATE_TEST_CASE("H31: where a moving table lets go nothing grazes", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    for (const double A : table_amplitudes)
+        for (const double tol : {1e-9, 1e-12}) {
+            INFO("A = " << A << ", tolerance " << tol);
+            const auto r = run<TestType>(Table{}, Table::with(0.2, A, true), V2(0.3, 0), 0, 20,
+                                         bounded<2>(tol, 200'000));
+            CHECK(r.times(exit_sliding).size() > 0);
+            CHECK(r.times(graze).size() == 0); // the next contact comes long after each take-off
+        }
+}

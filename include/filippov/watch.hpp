@@ -459,12 +459,16 @@ private:
     }
 
     /// True of a guard that starts on a root and has not left it by more than rounding in a step:
-    /// that step is too short to tell.
+    /// that step is too short to tell. (From a higher root the step's end alone shows it: the
+    /// stages' errors are larger than the guard.)
     template <class Path> bool says_nothing(int g) const {
-        if (g >= Guard<M>::first_section || trace(g).order == 0 || trace(g).sense == S(0))
+        const GuardTrace& w = trace(g);
+        if (g >= Guard<M>::first_section || w.order == 0 || w.sense == S(0))
             return false;
-        const Range<S> r = trace(g).template range<typename Path::Times>();
         const S band = touch_band(g, true);
+        if (w.order > 1)
+            return abs_(w.probe[Path::Times::n]) <= band;
+        const Range<S> r = w.template range<typename Path::Times>();
         return r.high <= band && r.low >= -band;
     }
 
@@ -475,16 +479,20 @@ private:
         return w.offset < S(0) && !(w.probe[Path::Times::n] > S(0));
     }
 
-    /// How near to a root at the start of a step nothing can be told from its quotient.
-    template <class Path> S root_sliver(int g) const {
-        using std::pow;
+    /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
+    /// guard leaves a higher root is asked of the guard itself, not of its stages.
+    template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
         using std::sqrt;
+        const S lost = S(4) * touch_band(g, true);
+        if (trace(g).order > 1) {
+            S sliver = std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+            while (sliver < S(0.5) && !(abs_(raw(sliver)) > lost))
+                sliver *= S(2);
+            return std::min(sliver, S(0.5));
+        }
         const Range<S> r = trace(g).template range<typename Path::Times>();
-        const S lost = S(4) * touch_band(g, true) / std::max(r.high, -r.low);
-        const int order = trace(g).order;
-        const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
-        const S sliver = pow(lost, S(1) / S(order));
-        return sliver > least ? std::min(sliver, S(0.5)) : least;
+        const S sliver = lost / std::max(r.high, -r.low);
+        return sliver > S(1e-9) ? std::min(sliver, S(0.5)) : S(1e-9);
     }
 
     /// The side of a guard that starts exactly on zero: where the step goes.
@@ -539,7 +547,7 @@ private:
     /// sliver's end.
     template <class Path, class Raw> auto without_root(int g, const Raw& raw) const {
         const GuardTrace& w = trace(g);
-        const S sliver = w.order == 0 ? S(0) : root_sliver<Path>(g);
+        const S sliver = w.order == 0 ? S(0) : root_sliver<Path>(g, raw);
         return [&w, &raw, sliver](const S& theta) {
             if (w.order == 0)
                 return raw(theta);
