@@ -1051,3 +1051,26 @@ TEMPLATE_TEST_CASE("H31: where a moving table lets go nothing grazes", "[hard]",
             CHECK(r.times(graze).size() == 0); // the next contact comes long after each take-off
         }
 }
+
+TEMPLATE_TEST_CASE("H4: the first of three meetings with a moving table in one long step", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // Thrown up at 1 cm/s it meets the table within a hundredth of the time of its second return,
+    // and of a thousandth of a step that ends 300 m below.
+    const auto p = Table::with(0.8, 0.12, false);
+    const double t = 0.0646, speed = GENERATE(0.003, 0.01, 0.016);
+    const V2 x(0.12 * std::sin(10 * t), 1.2 * std::cos(10 * t) + speed);
+    double low = 1e-4, high = 0.02;
+    REQUIRE(Table::flown(low, t, x, p)[0] > 0);
+    REQUIRE(Table::flown(high, t, x, p)[0] < 0);
+    for (int k = 0; k < 60; ++k) {
+        const double middle = (low + high) / 2;
+        (Table::flown(middle, t, x, p)[0] > 0 ? low : high) = middle;
+    }
+    auto settings = bounded<2>(1e-9);
+    settings.first_step = GENERATE(0.3, 0.7, 2.0, 7.5);
+    const auto r = run<TestType>(Table{}, p, x, t, 10, settings);
+    INFO("speed " << speed << ", step " << settings.first_step);
+    REQUIRE(r.events.size() > 2);
+    CHECK(r.events[1].kind == jump);
+    CHECK(r.events[1].t - t == Approx(low).margin(1e-12));
+}

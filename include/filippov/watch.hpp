@@ -264,7 +264,10 @@ public:
                 trace(g).sense = S(0);
                 continue;
             }
-            if (const Found<S> found = event_of(g, path, raw); found.theta < first.theta)
+            Found<S> found = event_of(g, path, raw);
+            if (found.guard >= 0 && !found.touch && off_surface(g) && has_own_pace(g))
+                found.theta = first_of_several<Path>(g, raw, found.theta);
+            if (found.theta < first.theta)
                 first = found;
         }
         return first;
@@ -341,6 +344,8 @@ private:
         return abs(v);
     }
 
+    /// True of h on a surface that is not slid on.
+    bool off_surface(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] != 0; }
     bool active(int g) const {
         if (!trace(g).watched)
             return false;
@@ -540,6 +545,39 @@ private:
             outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
         return contact == Contact::none ? Found<S>{}
                                         : Found<S>{g, theta, contact == Contact::touch};
+    }
+
+    /// The first of the roots of guard g, of which one is at theta. Behind a surface that moves a
+    /// step may go on for many swings of it, small beside how deep that is: the root is looked for
+    /// again, as if the step ended there, and in ever shorter windows before it. (A swing that
+    /// makes three roots of one is no smaller than what h falls in the meantime.)
+    template <class Path, class Raw> S first_of_several(int g, const Raw& raw, S theta) const {
+        const auto value = without_root<Path>(g, raw);
+        const S least = std::numeric_limits<S>::min(), rounding = S(4) * touch_band(g, true);
+        const S start = std::max(trace(g).order == 0 ? trace(g).start : value(S(0)), least);
+        int more = 64; // roots
+        for (S part(1); part > S(1) / S(512); part /= S(4)) {
+            const S from = part < S(1) ? theta - part * theta : S(0);
+            const S before = part < S(1) ? value(from) : start;
+            if (part < S(1) && !(abs_(raw(from)) > rounding))
+                break;
+            const auto within = [&](const S& u) { return value(S(from + u * (theta - from))); };
+            S earlier = theta, u(2);
+            if (!(before > S(0)))
+                earlier = bracketed_root<S>(value, S(0), start, from, before);
+            else if (first_contact(within, before, S(0), u) == Contact::root)
+                earlier = from + u * (theta - from);
+            if (!(earlier < theta * (S(1) - S(1e-4))))
+                continue;
+            S between = theta - earlier; // by more than rounding beyond, before it comes back
+            while (between > S(1e-4) * theta && !(raw(S(earlier + between)) < -rounding))
+                between /= S(2);
+            if (between > S(1e-4) * theta && more-- > 0) {
+                theta = earlier;
+                part = S(4);
+            }
+        }
+        return theta;
     }
 
     /// Guard g along a step with the root at its start divided out. Within the sliver the quotient
