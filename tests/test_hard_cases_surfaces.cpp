@@ -1074,3 +1074,34 @@ TEMPLATE_TEST_CASE("H4: the first of three meetings with a moving table in one l
     CHECK(r.events[1].kind == jump);
     CHECK(r.events[1].t - t == Approx(low).margin(1e-12));
 }
+
+TEMPLATE_TEST_CASE("H31: a ball is carried by a moving table, leaves it and comes back", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const double tol = GENERATE(1e-6, 1e-9, 1e-12);
+    for (const double A : table_amplitudes)
+        for (const double e : {0.2, 0.5, 0.8})
+            for (const bool periodic : {false, true}) {
+                INFO("A = " << A << ", e = " << e << ", periodic " << periodic);
+                const auto p = Table::with(e, A, periodic);
+                const auto r = follow<TestType>(Table{}, p, V2(0.3, 0), 12, bounded<2>(tol));
+                CHECK(r.result.status == Status::ok);
+                const double take_off = std::asin(9.81 / (A * 100)) / 10, T = 2 * pi / 10;
+                for (std::size_t k = 1; k + 1 < r.events.size(); ++k) {
+                    const auto &from = r.events[k - 1], &to = r.events[k];
+                    if (to.kind == exit_sliding) // h'' = 0: an ulp of t off, and some of h''/h'''
+                        CHECK(std::abs(std::remainder(to.t - take_off, T)) < 1e-13);
+                    if (to.kind != jump || from.mode_after[0] == 0)
+                        continue;
+                    // The parabola is exact, and meets the table first where the run does.
+                    const double flight = to.t - from.t;
+                    const V2 h = Table::flown(flight, from.t, from.x_right, p);
+                    CHECK(std::abs(h[0]) < 1e-12);
+                    CHECK(to.x_left[1] == Approx(from.x_right[1] - 9.81 * flight).margin(1e-12));
+                    double lowest = 0;
+                    for (int i = 1; i < 64; ++i)
+                        lowest = std::min(
+                            lowest, Table::flown(flight * i / 64, from.t, from.x_right, p)[0]);
+                    CHECK(lowest > -1e-12 - tol);
+                }
+            }
+}

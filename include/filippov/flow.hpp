@@ -486,7 +486,7 @@ private:
         if (!recent_.hurry())
             return Status::ok;
         const auto rest = rest_ahead(false);
-        if (!rest)
+        if (!rest || rest->held == segment_.mode()) // the last of them has ended there already
             return Status::ok;
         return rest->holds ? leap(*rest) : segment_.fail(Status::accumulation, "", rest->on[0]);
     }
