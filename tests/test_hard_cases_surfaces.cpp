@@ -1105,3 +1105,11 @@ TEMPLATE_TEST_CASE("H31: a ball is carried by a moving table, leaves it and come
                 }
             }
 }
+
+TEMPLATE_TEST_CASE("H4: errors of a method's first stages are no swings", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    // 80 times the ball is let go, bounces about 25 times and is carried again.
+    const auto r =
+        run<TestType>(Table{}, Table::with(0.5, 0.12, false), V2(0.3, 0), 0, 50, bounded<2>(1e-12));
+    CHECK(r.result.counters.steps < 12'000);
+}

@@ -431,9 +431,9 @@ private:
     }
 
     /// True if a good step spans more swings of a guard than it can show: half of it is tried next.
-    template <class Path> FILIPPOV_INLINE bool spans_swings(const Path& path) {
+    template <class Path> FILIPPOV_INLINE bool spans_swings(Path& path) {
         const S& dt = path.dt;
-        if (!(abs_(dt) > S(64) * place_.resolution() && watch_.template swings<Path>()))
+        if (!(abs_(dt) > S(64) * place_.resolution() && watch_.swings(path)))
             return false;
         ++counters_.rejected;
         reach_ = abs_(dt) / S(2);

@@ -197,7 +197,7 @@ public:
                 return true;
         return false;
     }
-    template <class Path> FILIPPOV_INLINE bool swings() const {
+    template <class Path> FILIPPOV_INLINE bool swings(Path& path) const {
         using Times = typename Path::Times;
         for (const int g : active_guards()) {
             const bool transversal = g % 3 == 2;
@@ -205,7 +205,8 @@ public:
                 (transversal && M == 1))
                 continue;
             const S band = transversal ? S(64) * epsilon<S> : touch_band(g, false);
-            if (trace(g).template swings<Times>(band))
+            if (trace(g).template swings<Times>(band) &&
+                (Path::slides || swings_on_path(g, path, band)))
                 return true;
         }
         return false;
@@ -419,6 +420,17 @@ private:
                 return closer > S(0) ? off : S(0);
         return S(0);
     }
+    /// True if guard g swings on the interpolant of a step, too, and not only at the method's first
+    /// stages, which are crude.
+    template <class Path>
+    FILIPPOV_COLD bool swings_on_path(int g, Path& path, const S& band) const {
+        GuardTrace seen = trace(g);
+        for (std::size_t k = 1; k <= WindowTimes<S>::n; ++k) {
+            const S theta = WindowTimes<S>::theta(k);
+            seen.probe[k] = guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
+        }
+        return seen.template swings<WindowTimes<S>>(band);
+    }
     /// Which h depend on time: at some instants they may seem not to.
     void see_motion() {
         for (int j = 0; j < M; ++j)
@@ -526,7 +538,7 @@ private:
         // A touch comes down to zero from outside its band: what still leaves it does not touch,
         // and is searched from where it has left.
         const S band = touch_band(g, false);
-        const bool outside = w.order == 0 && (w.start > band || w.descended);
+        const bool outside = w.order == 0 && (w.start > band + touch_band(g, true) || w.descended);
         Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
         if (!outside && band > S(0)) {
             S touch = contact == Contact::none ? S(1) : theta;
