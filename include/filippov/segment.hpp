@@ -217,7 +217,12 @@ private:
     template <class Path> FILIPPOV_COLD Stop land(Path& path, const Found<S>& found) {
         const Target target(place_, watch_, found);
         const S full = path.dt;
-        const auto residual = [&] { return target.residual(path); };
+        // Rounding of a guard that has not left a higher root yet is no root of it.
+        const auto residual = [&] {
+            return !found.touch && watch_.is_on_higher_root(found.guard, path)
+                       ? std::numeric_limits<S>::infinity()
+                       : target.residual(path);
+        };
         const auto on_target = [&] { return target.reached(path); };
         const S slope = target.slope(path);
         const Landed landing =
@@ -228,7 +233,10 @@ private:
         if (forward() * (path.dt - remaining_) > S(0))
             path.shorten(remaining_);
         Stop stop;
-        if (!landing.seen_beyond && !on_target()) { // the interpolant saw a root that no step has
+        const bool there =
+            on_target() && (found.touch || !watch_.starts_on_higher_root(found.guard) ||
+                            (path.dt != full && !watch_.is_on_higher_root(found.guard, path)));
+        if (!landing.seen_beyond && !there) { // the interpolant saw a root that no step has
             path.shorten(full);
             stop.missed = true;
             return stop;

@@ -233,6 +233,18 @@ public:
                 return true;
         return false;
     }
+    /// True if guard g starts on a root of second order or higher.
+    bool starts_on_higher_root(int g) const {
+        return g < Guard<M>::first_section && trace(g).order > 1;
+    }
+    /// True if it does, and the path is too short to leave that root by more than rounding.
+    template <class Path> bool is_on_higher_root(int g, Path& path) const {
+        if (!starts_on_higher_root(g))
+            return false;
+        const S band = touch_band(g, true), t = at_.clock.local;
+        return abs_(guard_value(g, S(t + path.dt), path.x1)) <= band &&
+               abs_(guard_value(g, S(t + path.dt / S(2)), path(S(0.5)))) <= band;
+    }
     /// When the first surface will be met, in units of the step from its end, that a parabola
     /// through h over the step foresees.
     template <class Path> FILIPPOV_INLINE S next_contact() const {
@@ -497,19 +509,20 @@ private:
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
-    /// guard leaves a higher root is asked of the guard itself, not of its stages.
+    /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon.
     template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
+        using std::pow;
         using std::sqrt;
-        const S lost = S(4) * touch_band(g, true);
-        if (trace(g).order > 1) {
-            S sliver = std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
-            while (sliver < S(0.5) && !(abs_(raw(sliver)) > lost))
-                sliver *= S(2);
-            return std::min(sliver, S(0.5));
-        }
         const Range<S> r = trace(g).template range<typename Path::Times>();
-        const S sliver = lost / std::max(r.high, -r.low);
-        return sliver > S(1e-9) ? std::min(sliver, S(0.5)) : S(1e-9);
+        const S rounding = S(4) * touch_band(g, true);
+        const S lost = rounding / std::max(r.high, -r.low);
+        const int order = trace(g).order;
+        const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
+        S sliver = pow(lost, S(1) / S(order));
+        sliver = sliver > least ? std::min(sliver, S(0.5)) : least;
+        while (order > 1 && sliver < S(0.5) && !(abs_(raw(sliver)) > rounding))
+            sliver = std::min(S(2) * sliver, S(0.5));
+        return sliver;
     }
 
     /// The side of a guard that starts exactly on zero: where the step goes.
@@ -566,6 +579,7 @@ private:
     template <class Path, class Raw> S first_of_several(int g, const Raw& raw, S theta) const {
         const auto value = without_root<Path>(g, raw);
         const S least = std::numeric_limits<S>::min(), rounding = S(4) * touch_band(g, true);
+        const S depth = rounding + touch_band(g, false); // of what is no error of the path
         const S start = std::max(trace(g).order == 0 ? trace(g).start : value(S(0)), least);
         int more = 64; // roots
         for (S part(1); part > S(1) / S(512); part /= S(4)) {
@@ -581,8 +595,8 @@ private:
                 earlier = from + u * (theta - from);
             if (!(earlier < theta * (S(1) - S(1e-4))))
                 continue;
-            S between = theta - earlier; // by more than rounding beyond, before it comes back
-            while (between > S(1e-4) * theta && !(raw(S(earlier + between)) < -rounding))
+            S between = theta - earlier; // plainly beyond, before it comes back
+            while (between > S(1e-4) * theta && !(raw(S(earlier + between)) < -depth))
                 between /= S(2);
             if (between > S(1e-4) * theta && more-- > 0) {
                 theta = earlier;
