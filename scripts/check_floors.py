@@ -33,6 +33,8 @@ FLOORS: list[list[str]] = [
         "elimination",
         "external",
         "expression",
+        "terms",
+        "sample_points",
         "tape",
         "tape_writer",
     ],

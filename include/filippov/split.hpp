@@ -3,15 +3,15 @@
 // field on every side of them.
 #pragma once
 
-#include <filippov/expression.hpp>
+#include <filippov/sample_points.hpp>
 #include <filippov/system.hpp>
+#include <filippov/terms.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <map>
 #include <optional>
-#include <random>
 
 namespace filippov {
 
@@ -39,55 +39,6 @@ struct Definition {
 inline constexpr int most_split_surfaces = 8;
 
 namespace detail {
-
-/// Points at which expressions are compared: draws of parameters, each with some draws of time and
-/// state. Nothing is known of the scale of a system, so they have many.
-class Samples {
-public:
-    static constexpr int draws = 4, points = 12;
-    struct Point {
-        double t;
-        std::vector<double> x, p;
-    };
-
-    Samples(int dim, std::span<const double> defaults) {
-        std::mt19937_64 random(20080131);
-        std::normal_distribution<double> normal;
-        std::uniform_real_distribution<double> uniform(0, 1);
-        const auto draw = [&](std::vector<Point>& to, const auto& size_of) {
-            std::vector<double> p;
-            for (const double value : defaults)
-                p.push_back(size_of(value));
-            for (int k = 0; k < points; ++k) {
-                const double size = std::pow(10.0, k % 3 - 1); // 0.1, 1, 10
-                Point point{20 * uniform(random) - 10, {}, p};
-                for (int j = 0; j < dim; ++j)
-                    point.x.push_back(size * normal(random));
-                to.push_back(std::move(point));
-            }
-        };
-        for (int i = 0; i < draws; ++i)
-            draw(all_, [&](double value) { // the first draw is what is given
-                return i == 0       ? value
-                       : value == 0 ? 0.3 * normal(random)
-                                    : value * (1 + 0.2 * (2 * uniform(random) - 1));
-            });
-        // What is tiny as given may be large another time: sizes around 1, then around the given.
-        for (int i = 0; i < draws; ++i)
-            draw(wide_, [&](double value) {
-                const double factor = std::pow(10.0, 2 * uniform(random) - 1);
-                return value == 0   ? factor * normal(random)
-                       : i % 2 == 0 ? std::copysign(factor, value)
-                                    : 10 * factor * value;
-            });
-    }
-    std::span<const Point> all() const { return all_; }
-    /// Others whose parameters are far from the given ones. Not everything has a value there.
-    std::span<const Point> wide() const { return wide_; }
-
-private:
-    std::vector<Point> all_, wide_;
-};
 
 class Splitter {
 public:
@@ -156,12 +107,9 @@ public:
     /// An expression on the given sides of all surfaces.
     Expr on_sides(Expr e, std::span<const int> side) { return restricted(e, side); }
 
-    /// A point on h = 0 to rounding, and two beside it, a hundred thousand times as far off.
-    struct OnSurface {
-        Samples::Point at;
-        std::array<Samples::Point, 2> beside;
-    };
-    std::vector<OnSurface> points_on(Expr h) { return points_on(graph_, h, samples_.all()); }
+    std::vector<OnSurface> points_on(Expr h) {
+        return detail::points_on(graph_, h, samples_.all());
+    }
     /// Surfaces other than j that have one sign all along surface j, as x - 1 on x + 1 = 0.
     std::vector<std::size_t> of_one_sign(std::size_t j, std::span<const OnSurface> points) const {
         std::vector<std::size_t> found;
@@ -196,9 +144,6 @@ public:
 private:
     static constexpr int unknown = 0;
     static constexpr double noise = 64 * epsilon<double>;
-
-    /// A sum: factors and what they are of.
-    using Terms = std::vector<std::pair<double, Expr>>;
 
     /// Whether a difference is not zero on a surface; none where it has no value.
     /// @param bounded  of terms whose errors may be larger than rounding of their values
@@ -248,53 +193,6 @@ private:
                 rest.emplace_back(factor.first, e);
         return !rest.empty() && rest.size() < terms.size() &&
                differs(points, rest, graph, true).value_or(false);
-    }
-    /// An expression as a sum, with products and quotients of sums multiplied out.
-    /// @return  false if it is too long
-    static bool expand(Graph& graph, Expr e, double factor, Terms& to) {
-        constexpr std::size_t most = 256;
-        const Graph::Node n = graph[e];
-        const auto [a, b, none] = n.arg;
-        if (to.size() >= most)
-            return false;
-        if (n.op == Op::add || n.op == Op::sub)
-            return expand(graph, a, factor, to) &&
-                   expand(graph, b, n.op == Op::add ? factor : -factor, to);
-        if (n.op == Op::neg)
-            return expand(graph, a, -factor, to);
-        if (n.op != Op::mul && n.op != Op::div) {
-            to.emplace_back(factor, e);
-            return true;
-        }
-        Terms first, second;
-        if (!expand(graph, a, 1, first))
-            return false;
-        if (n.op == Op::div)
-            second.emplace_back(1, b);
-        else if (!expand(graph, b, 1, second))
-            return false;
-        if (to.size() + first.size() * second.size() > most)
-            return false;
-        for (const auto& [c, u] : first)
-            for (const auto& [d, v] : second) {
-                double size = c * d * factor;
-                Expr product = n.op == Op::mul ? graph.mul(u, v) : graph.div(u, v);
-                for (bool more = true; more;) { // constants and signs out of it
-                    const Graph::Node p = graph[product];
-                    more = false;
-                    if (p.op == Op::neg) {
-                        size = -size;
-                        product = p.arg[0];
-                        more = true;
-                    } else if (p.op == Op::mul && graph.is_constant(p.arg[0])) {
-                        size *= graph[p.arg[0]].value;
-                        product = p.arg[1];
-                        more = true;
-                    }
-                }
-                to.emplace_back(size, product);
-            }
-        return true;
     }
     /// The one factor of a product of signs that varies, and the others; -1 if several vary.
     std::pair<Expr, Expr> without_params(Expr product) {
@@ -428,7 +326,7 @@ private:
     bool vanish_together(Expr u, Expr h, std::span<const Draw> draws) {
         Graph& graph = scratch();
         for (const Draw& draw : draws)
-            for (const OnSurface& point : points_on(graph, h, draw.points.first(3))) {
+            for (const OnSurface& point : detail::points_on(graph, h, draw.points.first(3))) {
                 const Samples::Point& at = point.at;
                 const auto a = graph.rounded(u, at.t, at.x, at.p);
                 const auto b = graph.rounded(h, at.t, at.x, at.p);
@@ -510,51 +408,6 @@ private:
                    });
         });
     }
-    static std::vector<OnSurface> points_on(Graph& graph, Expr h,
-                                            std::span<const Samples::Point> starts) {
-        std::vector<Expr> gradient;
-        for (std::size_t i = 0; i < starts[0].x.size(); ++i)
-            gradient.push_back(graph.derivative(h, graph.state(int(i))));
-        const Expr h_t = graph.derivative(h, graph.time());
-        std::vector<OnSurface> points;
-        for (const Samples::Point& start : starts)
-            if (auto found = put_on(graph, h, gradient, h_t, start))
-                points.push_back(std::move(*found));
-        return points;
-    }
-    /// Newton onto h = 0 along its gradient, or in time where there is none.
-    static std::optional<OnSurface> put_on(const Graph& graph, Expr h,
-                                           std::span<const Expr> gradient, Expr h_t,
-                                           Samples::Point point) {
-        const auto value = [&graph](Expr e, const Samples::Point& at) {
-            return graph.value(e, at.t, at.x, at.p);
-        };
-        for (int k = 0; k < 50; ++k) {
-            const double off = value(h, point), rate = value(h_t, point);
-            std::vector<double> g;
-            double norm = 0, rounding = 0;
-            for (const Expr e : gradient) {
-                g.push_back(value(e, point));
-                norm += g.back() * g.back();
-                rounding += std::abs(g.back()) * (1 + std::abs(point.x[g.size() - 1]));
-            }
-            rounding += std::abs(rate) * (1 + std::abs(point.t));
-            if (!std::isfinite(off) || !(norm + std::abs(rate) > 0))
-                return std::nullopt;
-            const auto moved = [&](double change) {
-                Samples::Point there = point;
-                for (std::size_t i = 0; norm > 0 && i < g.size(); ++i)
-                    there.x[i] += change * g[i] / norm;
-                if (!(norm > 0))
-                    there.t += change / rate;
-                return there;
-            };
-            if (std::abs(off) <= 1e-14 * rounding)
-                return OnSurface{point, {moved(-1e-9 * rounding), moved(1e-9 * rounding)}};
-            point = moved(-off);
-        }
-        return std::nullopt;
-    }
 
     /// The graph with what is only looked at: derivatives of surfaces, sums multiplied out.
     Graph& scratch() {
@@ -610,7 +463,7 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
     std::vector<std::size_t> kept;
     for (std::size_t j = 0; j < n; ++j) {
         bool changes = false, compared = false, jumps = false;
-        std::vector<detail::Splitter::OnSurface> points;
+        std::vector<detail::OnSurface> points;
         std::vector<std::size_t> others;
         for (unsigned code = 0; code < 1u << n; ++code) {
             const auto& below = all[code];

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Formulas as sums of terms: two are compared without the rounding of what both have.
+#pragma once
+
+#include <filippov/expression.hpp>
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace filippov::detail {
+
+/// A sum: factors and what they are of.
+using Terms = std::vector<std::pair<double, Expr>>;
+
+/// An expression as a sum, with products and quotients of sums multiplied out.
+/// @return  false if it is too long
+inline bool expand(Graph& graph, Expr e, double factor, Terms& to) {
+    constexpr std::size_t most = 256;
+    const Graph::Node n = graph[e];
+    const auto [a, b, none] = n.arg;
+    if (to.size() >= most)
+        return false;
+    if (n.op == Op::add || n.op == Op::sub)
+        return expand(graph, a, factor, to) &&
+               expand(graph, b, n.op == Op::add ? factor : -factor, to);
+    if (n.op == Op::neg)
+        return expand(graph, a, -factor, to);
+    if (n.op != Op::mul && n.op != Op::div) {
+        to.emplace_back(factor, e);
+        return true;
+    }
+    Terms first, second;
+    if (!expand(graph, a, 1, first))
+        return false;
+    if (n.op == Op::div)
+        second.emplace_back(1, b);
+    else if (!expand(graph, b, 1, second))
+        return false;
+    if (to.size() + first.size() * second.size() > most)
+        return false;
+    for (const auto& [c, u] : first)
+        for (const auto& [d, v] : second) {
+            double size = c * d * factor;
+            Expr product = n.op == Op::mul ? graph.mul(u, v) : graph.div(u, v);
+            for (bool more = true; more;) { // constants and signs out of it
+                const Graph::Node p = graph[product];
+                more = false;
+                if (p.op == Op::neg) {
+                    size = -size;
+                    product = p.arg[0];
+                    more = true;
+                } else if (p.op == Op::mul && graph.is_constant(p.arg[0])) {
+                    size *= graph[p.arg[0]].value;
+                    product = p.arg[1];
+                    more = true;
+                }
+            }
+            to.emplace_back(size, product);
+        }
+    return true;
+}
+
+} // namespace filippov::detail
