@@ -7,8 +7,7 @@ A run takes time apart into periods: of a wrong one it would give another trajec
 from __future__ import annotations
 
 import math
-import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -151,34 +150,7 @@ def period_of(definition: Definition, params: Mapping[str, float]) -> float:
     """Compute the period, also one that makes no sense."""
     if definition.period is None:
         return math.nan
-    values = list(params.values())
-    known: list[float] = []
-    for op, a, b, c, index, value in definition.graph.nodes()[: definition.period + 1]:
-        if op == "constant":
-            known.append(value)
-        elif op == "param":
-            known.append(values[index])
-        else:
-            operands = [np.float64(known[i]) for i in (a, b, c) if i >= 0]
-            if op == "powi":
-                operands.append(np.float64(index))
-            with np.errstate(all="ignore"):
-                known.append(float(_OPERATIONS.get(op, _unknown)(*operands)))
-    return known[-1]
-
-
-def _unknown(*_: object) -> float:
-    return math.nan
-
-
-_OPERATIONS: dict[str, Callable[..., Any]] = {
-    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": operator.truediv,
-    "pow": operator.pow, "powi": operator.pow, "neg": operator.neg,
-    "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
-    "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "atan": np.arctan,
-    "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "sign": np.sign, "magnitude": np.abs,
-    "where": lambda condition, a, b: a if condition > 0.5 else b,
-}  # fmt: skip
+    return definition.graph.of_params(definition.period, list(params.values()))
 
 
 # --- which parameters count -----------------------------------------------------------------------

@@ -383,6 +383,11 @@ void bind_formulas(py::module_& m) {
         .def("state", &Graph::state)
         .def("param", &Graph::param)
         .def("varies", [](const Graph& g, Expr e) { return g.varies(known(g, e)); })
+        .def("of_params",
+             [](const Graph& g, Expr e, const std::vector<double>& p) {
+                 expect(!g.varies(known(g, e)), "expected an expression of the parameters alone");
+                 return g.value(e, 0, {}, p);
+             })
         .def("binary",
              [](Graph& g, const std::string& name, Expr a, Expr b) {
                  known(g, a);
