@@ -2,6 +2,7 @@
 // Branches of periodic orbits, and the bifurcations on them.
 
 #include "catch.hpp"
+#include "converter.hpp"
 #include "systems.hpp"
 
 #include <filippov/any_system.hpp>
@@ -108,26 +109,13 @@ struct Belt {
 
 /// A buck converter in voltage mode. What switches is not what h looks at: the fields differ in i
 /// alone, so both cross h = 0 alike, and nothing slides.
-struct Buck {
-    static constexpr int dim = 2;
+struct Buck : Converter<1> {
     static constexpr std::array<std::string_view, 1> params{"E"};
     static constexpr std::array<double, 1> defaults{24};
-    template <Scalar S> static State<Buck, S> fed(const State<Buck, S>& x, const S& u) {
-        return {(x[1] - x[0] / S(22)) / S(0.047), (u - x[0]) / S(20)};
-    }
-    template <Scalar S>
-    State<Buck, S> f1(const S&, const State<Buck, S>& x, const Params<Buck, S>&) const {
-        return fed(x, S(0));
-    }
-    template <Scalar S>
-    State<Buck, S> f2(const S&, const State<Buck, S>& x, const Params<Buck, S>& p) const {
-        return fed(x, p[0]);
-    }
     template <Scalar S> S h(const S& t, const State<Buck, S>& x, const Params<Buck, S>&) const {
         using elementary::sin;
         return S(6) + S(2.2) * sin(t * S(5 * std::acos(-1.0))) - S(8.4) * (x[0] - S(11.3));
     }
-    template <Scalar S> S period(const Params<Buck, S>&) const { return S(0.4); }
 };
 
 /// x'' + x' + x = A cos t where x < 1, and x' >= 1 above.

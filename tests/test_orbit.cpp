@@ -2,6 +2,7 @@
 // Periodic orbits by shooting on words, and their multipliers.
 
 #include "catch.hpp"
+#include "converter.hpp"
 #include "systems.hpp"
 
 #include <filippov/any_system.hpp>
@@ -58,22 +59,9 @@ struct Corner {
 
 /// A buck converter: v is compared with a sawtooth that jumps at the end of a period; or, where
 /// `smooth` is 1, with a sine.
-struct Sawtooth {
-    static constexpr int dim = 2;
+struct Sawtooth : Converter<2> {
     static constexpr std::array<std::string_view, 2> params{"E", "smooth"};
     static constexpr std::array<double, 2> defaults{22, 0};
-    template <Scalar S> static State<Sawtooth, S> fed(const State<Sawtooth, S>& x, const S& u) {
-        return {(x[1] - x[0] / S(22)) / S(0.047), (u - x[0]) / S(20)};
-    }
-    template <Scalar S>
-    State<Sawtooth, S> f1(const S&, const State<Sawtooth, S>& x, const Params<Sawtooth, S>&) const {
-        return fed(x, S(0));
-    }
-    template <Scalar S>
-    State<Sawtooth, S> f2(const S&, const State<Sawtooth, S>& x,
-                          const Params<Sawtooth, S>& p) const {
-        return fed(x, p[0]);
-    }
     template <Scalar S>
     S h(const S& t, const State<Sawtooth, S>& x, const Params<Sawtooth, S>& p) const {
         using std::atan, std::tan, std::sin;
@@ -82,7 +70,6 @@ struct Sawtooth {
         const S ramp = p[1] * (S(0.5) + S(0.5) * sin(S(2) * phase)) + (S(1) - p[1]) * jumps;
         return S(3.8) + S(4.4) * ramp - S(8.4) * (x[0] - S(11.3));
     }
-    template <Scalar S> S period(const Params<Sawtooth, S>&) const { return S(0.4); }
 };
 
 } // namespace
