@@ -357,9 +357,7 @@ private:
     // --- a change of the word ------------------------------------------------------------------
 
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
-    /// @param close  the step is so short that what multipliers do before they grow beyond all
-    /// bounds
-    ///               has been seen
+    /// @param close  the step is short: what multipliers do before they become infinite was seen
     StepEnd bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
                       Branch& branch, std::string& trouble, bool close, bool last_try) {
         std::vector<Test> causes = causes_of(failed, beyond);

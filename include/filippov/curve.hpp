@@ -32,8 +32,7 @@ public:
     Curve trace(const CurveStart& start) {
         if (!changes_word(start.kind) && start.kind != Kind::fold && start.kind != Kind::flip)
             throw std::invalid_argument("filippov: start.kind: expected a sliding bifurcation, a "
-                                        "grazing, a fold or a flip, "
-                                        "not " +
+                                        "grazing, a fold or a flip, not " +
                                         std::string(name(start.kind)));
         detail::require_continuable(plane_.system, start.orbit().p);
         detail::HalfCurve forward, backward;

@@ -87,10 +87,9 @@ public:
         const S value = raw_guard(guard, at_.clock.local, at_.x);
         trace(guard).sense = S(detail::sign(value));
         trace(guard).start = abs_(value);
-        const bool off_surface = guard < Guard<M>::first_section && at_.mode[guard / 3] != 0;
-        const S band = off_surface ? start_band(at_.sys, guard / 3, at_.clock.local, at_.x, at_.p,
-                                                X(at_.settings.atol))
-                                   : touch_band(guard, true);
+        const S band = off_surface(guard) ? start_band(at_.sys, guard / 3, at_.clock.local, at_.x,
+                                                       at_.p, X(at_.settings.atol))
+                                          : touch_band(guard, true);
         if (abs_(value) <= band) {
             trace(guard).sense = S(0);
             start_root(guard, 1);
@@ -137,10 +136,7 @@ public:
     }
 
     /// True of s_max + s and s_max - s of a surface slid on.
-    bool is_end_by_s(int g) const {
-        return g < Guard<M>::first_section && at_.mode[g / 3] == 0 &&
-               g != Guard<M>::transversal(g / 3);
-    }
+    bool is_end_by_s(int g) const { return of_slide(g) && g != Guard<M>::transversal(g / 3); }
 
     // --- values and probes ---------------------------------------------------------------------
 
@@ -218,8 +214,7 @@ public:
         S most = std::numeric_limits<S>::infinity();
         see_motion();
         for (const int g : active_guards()) {
-            const bool of_slide = g < Guard<M>::first_section && at_.mode[g / 3] == 0;
-            if (of_slide || !(unjudged || has_own_pace(g)))
+            if (of_slide(g) || !(unjudged || has_own_pace(g)))
                 continue; // (for slides see swings)
             const S off = off_parabola(g, path);
             if (off > bent)
@@ -357,6 +352,8 @@ private:
         return abs(v);
     }
 
+    /// True of what ends a slide.
+    bool of_slide(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] == 0; }
     /// True of h on a surface that is not slid on.
     bool off_surface(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] != 0; }
     bool active(int g) const {
@@ -393,9 +390,9 @@ private:
     /// True unless the probes show that guard g stays clear of zero.
     template <class Path> FILIPPOV_INLINE bool doubtful(int g, bool unjudged) const {
         using Times = typename Path::Times;
-        const bool off_surface = g < Guard<M>::first_section && !Path::slides;
+        const bool of_h = g < Guard<M>::first_section && !Path::slides;
         // Off the surfaces a step with a NaN was rejected before.
-        if (!off_surface && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
+        if (!of_h && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
             return true;
         return trace(g).template doubtful<Times>(unjudged || may_swing<Path>(g)) ||
                (has_own_pace(g) && trace(g).template turns_near_zero<Times>());
@@ -451,13 +448,11 @@ private:
     }
     /// What no error estimate of the field resolves: a section, or an h that depends on time.
     bool has_own_pace(int g) const {
-        return g >= Guard<M>::first_section || (moves_[idx(g / 3)] && at_.mode[g / 3] != 0);
+        return g >= Guard<M>::first_section || (off_surface(g) && moves_[idx(g / 3)]);
     }
     /// A field can be constant, and then no error estimate keeps a step from spanning many swings
     /// of h, or, as a matter of course, in a slide of s.
-    template <class Path> bool may_swing(int g) const {
-        return Path::slides && g < Guard<M>::first_section && at_.mode[g / 3] == 0;
-    }
+    template <class Path> bool may_swing(int g) const { return Path::slides && of_slide(g); }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
     /// allows, or rounding.
@@ -560,7 +555,7 @@ private:
                 theta = touch;
             }
         }
-        if (contact == Contact::touch && g < Guard<M>::first_section && at_.mode[g / 3] != 0 &&
+        if (contact == Contact::touch && off_surface(g) &&
             !far_side_attracts(g / 3, S(at_.clock.local + theta * path.dt), path(theta)))
             contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
         if (contact == Contact::none && w.descended &&
