@@ -45,8 +45,9 @@ valgrind() {
 }
 
 compilers() {
-    local tests=(test_accuracy test_hard_cases_limits test_hard_cases_location
-        test_hard_cases_modes test_hard_cases_scale test_hard_cases_surfaces)
+    local tests=(test_accuracy test_hard_cases_impacts test_hard_cases_limits
+        test_hard_cases_location test_hard_cases_modes test_hard_cases_scale
+        test_hard_cases_surfaces)
     local folder=build/stress
     mkdir -p build
     # the library says -ffp-contract=off; what comes last holds

@@ -127,6 +127,17 @@ template <class R> std::string word(const R& r) {
     return text;
 }
 
+/// A run from time 0, its log checked by `faults`.
+template <class T, class Sys, int N>
+Run<Sys> follow(const Sys& sys, const filippov::Params<Sys, double>& p,
+                const filippov::Vec<double, N>& x0, double t_end,
+                const filippov::Settings<double, N>& settings) {
+    const auto r = run<T>(sys, p, x0, 0, t_end, settings);
+    INFO(r.result.message());
+    CHECK(faults(r) == "");
+    return r;
+}
+
 /// A run of a system without parameters, its log checked by `faults`.
 template <class Tableau, int N>
 Run<AnySystem<N>> go(const AnySystem<N>& sys, const filippov::Vec<double, N>& x0, double t0,

@@ -157,6 +157,47 @@ TEMPLATE_TEST_CASE("H6: where L1 vanishes triply a slide in closed form ends, to
     CHECK(r.result.x[1] == Approx(-0.25).epsilon(0).margin(std::max(1e-9, tol)));
 }
 
+namespace {
+
+/// v' = V'(t) + 1 + (t - 1)^3 - s beside V(t) = B sin 3t: the slide ends at t = 1, where s leaves 1
+/// with three derivatives zero, and h = (t - 1)^4 / 4 from there on.
+struct SlowExit {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"B"};
+    static constexpr std::array<double, 1> defaults{1};
+
+    template <Scalar S> static S a(const S& t, const Vec<S, 1>& p) {
+        using std::cos;
+        const S u = t - S(1);
+        return p[0] * S(3) * cos(S(3) * t) + S(1) + u * u * u;
+    }
+    template <Scalar S> Vec<S, 1> f1(const S& t, const Vec<S, 1>&, const Vec<S, 1>& p) const {
+        return Vec<S, 1>(a(t, p) + S(1));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S& t, const Vec<S, 1>&, const Vec<S, 1>& p) const {
+        return Vec<S, 1>(a(t, p) - S(1));
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 1>& x, const Vec<S, 1>& p) const {
+        using std::sin;
+        return x[0] - p[0] * sin(S(3) * t);
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H6: a slide left at fourth order does not graze its surface", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    for (const double B : {1.0, 10.0, 1000.0})
+        for (const double tol : {1e-6, 1e-9, 1e-12}) {
+            INFO("B = " << B << ", tolerance " << tol);
+            const auto r =
+                run<TestType>(SlowExit{}, V1(B), V1(B * std::sin(0.6)), 0.2, 3, bounded<1>(tol));
+            CHECK(r.result.status == Status::ok);
+            CHECK(r.times(exit_sliding).size() == 1);
+            CHECK(r.times(graze).size() == 0);
+        }
+}
+
 TEMPLATE_TEST_CASE("H13: a slide in closed form passes a dip of s, or leaves in it", "[hard]",
                    DormandPrince5, DormandPrince8) {
     // s < -1 within sqrt(depth) of x = 1; what leaves comes back at 1 + 2 sqrt(depth)
