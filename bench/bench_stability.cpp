@@ -8,12 +8,17 @@
 // something that is true.
 #include "measure.hpp"
 #include "stability/drift.hpp"
-#include "stability/trial.hpp"
+#include "stability/report.hpp"
 
+#include <filippov/dormand_prince8.hpp>
 #include <filippov/parallel.hpp>
+#include <filippov/rodas5p.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <mutex>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -32,7 +37,7 @@ template <int N, int M> void campaign(long long n, std::uint64_t first, Report& 
     std::mutex guard;
     parallel_for(std::size_t(n), {}, [&](std::size_t i, Worker&) {
         Report mine;
-        Trial<N, M>(first + i, mine, false).run();
+        try_problem<N, M>(first + i, mine, false);
         const std::lock_guard lock(guard);
         for (const auto& [key, cell] : mine.cells)
             total.cells[key] += cell;
@@ -51,7 +56,7 @@ bool one_case(const std::string& which, Report& report) {
     if (std::sscanf(which.c_str(), "%d,%d:%llu", &n, &m, &number) == 3)
         each_shape([&]<int N, int M>() {
             if (n == N && m == M) {
-                Trial<N, M>(number, report, true).run();
+                try_problem<N, M>(number, report, true);
                 found = true;
             }
         });

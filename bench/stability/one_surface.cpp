@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trial.hpp"
 
-template class filippov::stability::Trial<2, 1>;
-template class filippov::stability::Trial<3, 1>;
+namespace filippov::stability {
+
+template void try_problem<2, 1>(std::uint64_t, Report&, bool);
+template void try_problem<3, 1>(std::uint64_t, Report&, bool);
+
+} // namespace filippov::stability

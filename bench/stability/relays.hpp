@@ -128,14 +128,16 @@ public:
     Problem<N, M> problem() {
         Problem<N, M> q;
         Relays<N, M>& z = q.sys;
-        z.A = matrix<N, N>() / std::sqrt(double(N)) - uniform(-0.2, 0.8) * Matrix<N, N>::Identity();
+        // (what is drawn has a name, so that compilers draw in one order)
+        const double damping = uniform(-0.2, 0.8);
+        z.A = matrix<N, N>() / std::sqrt(double(N)) - damping * Matrix<N, N>::Identity();
         z.C = matrix<M, N>();
         z.C.rowwise().normalize();
         q.passive = M > 1 || chance(0.7);
         if (q.passive) { // B = -Q C^T, Q symmetric and positive
             const Matrix<N, N> root = 0.3 * matrix<N, N>();
-            z.B = -(uniform(0.5, 2) * Matrix<N, N>::Identity() + root * root.transpose()) *
-                  z.C.transpose();
+            const double least = uniform(0.5, 2);
+            z.B = -(least * Matrix<N, N>::Identity() + root * root.transpose()) * z.C.transpose();
         } else {
             z.B = matrix<N, M>();
         }
@@ -185,8 +187,10 @@ private:
         const Vec<Long, M> offset = z.d.template cast<Long>() + moved * now;
         Rows w = C.topRows(q.start == on_all ? M : 1);
         Numbers b = -offset.head(w.rows());
-        if (q.start == near_surface)
-            b[0] += (chance(0.5) ? 1 : -1) * std::pow(10, uniform(-17, -3));
+        if (q.start == near_surface) {
+            const double side = chance(0.5) ? 1 : -1;
+            b[0] += side * std::pow(10, uniform(-17, -3));
+        }
         if (q.start == sliding_boundary) { // h_1' = 0 with s_1 = +-1, other sides as they fall
             Long rest = (chance(0.5) ? 1 : -1) * C.row(0).dot(B.col(0)) + C.row(0).dot(e * now) +
                         Long(z.omega) * (c * moved(0, 1) - s * moved(0, 0));

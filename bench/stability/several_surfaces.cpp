@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trial.hpp"
 
-template class filippov::stability::Trial<3, 2>;
-template class filippov::stability::Trial<4, 3>;
+namespace filippov::stability {
+
+template void try_problem<3, 2>(std::uint64_t, Report&, bool);
+template void try_problem<4, 3>(std::uint64_t, Report&, bool);
+
+} // namespace filippov::stability

@@ -1,71 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One random problem, everything that is tried with it, and what came of it.
+// One random problem, and everything that is tried with it.
 #pragma once
 
 #include "curved.hpp"
 #include "exact.hpp"
+#include "report.hpp"
 
 #include <filippov/dormand_prince8.hpp>
 #include <filippov/ensemble.hpp>
 #include <filippov/flow.hpp>
 #include <filippov/rodas5p.hpp>
 
-#include <array>
-#include <cstdio>
-#include <map>
-#include <numeric>
+#include <random>
 #include <string>
-#include <vector>
 
 namespace filippov::stability {
 
-/// The stated multiple: of what errors of the tolerance in every step amount to.
-constexpr double multiple = 100;
-
-enum Verdict { right, delicate, accumulation, not_unique, wrong, n_verdicts };
-
-struct Cell {
-    std::array<long long, n_verdicts> count{};
-    double worst = 0;             ///< error in units of the bound
-    std::uint64_t worst_case = 0; ///< its number
-    std::vector<double> ratios{};
-
-    long long runs() const { return std::accumulate(count.begin(), count.end(), 0LL); }
-    void operator+=(const Cell& c) {
-        for (std::size_t v = 0; v < n_verdicts; ++v)
-            count[v] += c.count[v];
-        if (c.worst > worst) {
-            worst = c.worst;
-            worst_case = c.worst_case;
-        }
-        ratios.insert(ratios.end(), c.ratios.begin(), c.ratios.end());
-    }
-};
-using Key = std::array<std::string, 3>; ///< shape, method, tolerance
-
-/// The same runs in other units: alike to the bit, to rounding, or not.
-struct Units {
-    long long same = 0, close = 0, other = 0;
-    void operator+=(const Units& u) {
-        same += u.same;
-        close += u.close;
-        other += u.other;
-    }
-};
-
-struct Report {
-    std::map<Key, Cell> cells;
-    std::map<std::string, Units> units; ///< by method
-    std::vector<std::string> failures;
-};
-
-inline std::string digits(const char* format, double v) {
-    char text[40];
-    std::snprintf(text, sizeof text, format, v);
-    return text;
-}
-
-/// One problem, and everything that is tried with it.
 template <int N, int M> class Trial {
 public:
     Trial(std::uint64_t number, Report& report, bool talk)
@@ -97,13 +47,10 @@ private:
             if (!talk_ && random_() % 2)
                 continue;
             const Long error = Long(tolerance) * (1 + exact.largest);
-            Vec<Long, N> push;
-            for (int i = 0; i < N; ++i)
-                push[i] = error / 20 * Long(std::normal_distribution<>()(random_));
             Long bound = error;
             bool in_doubt = false;
-            for (int k = 0; k < 2; ++k) {
-                push = -push;
+            for (int k = 0; k < 2 * N; ++k) { // each way along each axis: some are what grows most
+                const Vec<Long, N> push = Vec<Long, N>::Unit(k / 2) * (k % 2 ? -error : error) / 20;
                 const auto pushed = oracle.run(oracle.natural(x0), t0, span, push);
                 // where solutions are unique they depend continuously on the start, whatever
                 // happens
@@ -308,10 +255,8 @@ private:
     Exact<N, M> forwards_;
 };
 
-// Compiled beside each other: one_surface.cpp, several_surfaces.cpp.
-extern template class Trial<2, 1>;
-extern template class Trial<3, 1>;
-extern template class Trial<3, 2>;
-extern template class Trial<4, 3>;
+template <int N, int M> void try_problem(std::uint64_t number, Report& report, bool talk) {
+    Trial<N, M>(number, report, talk).run();
+}
 
 } // namespace filippov::stability
