@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Measures what the tests reach, lines and branches: of the headers by the C++ tests, of the Python
 # layer by its tests. Reports in build/coverage/{cpp,python}. Needs what `scripts/setup.sh test`
-# installs and, in .venv, filippov with the packages of filippov[test].
+# installs, clang 16 and llvm-16 with it, and, in .venv, filippov with the packages of
+# filippov[test].
 #
 #   scripts/coverage.sh cpp [test ...]   by these tests alone: test_roots, ...
 #   scripts/coverage.sh python
@@ -16,15 +17,15 @@ failed=0
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
 
 cpp() {
-    local folder=build/coverage
-    export OMP_NUM_THREADS=1 # counters that several threads share would take most of the time
-    "${pip[@]}" gcovr
+    local folder=build/coverage tests=("$@")
+    export OMP_NUM_THREADS=1 # counters that several threads share are not exact
     # Counters make tests so slow that those of a minute take more than the usual bound.
-    cmake -S . -B $folder -G Ninja -DCMAKE_BUILD_TYPE=Debug -DFILIPPOV_BUILD_CHECKS=OFF \
-        -DFILIPPOV_TEST_TIMEOUT=3600 \
-        -DFILIPPOV_CHECK_HEADERS=OFF -DFILIPPOV_BUILD_BENCH=OFF -DFILIPPOV_BUILD_EXAMPLES=OFF \
-        -DCMAKE_CXX_FLAGS_DEBUG="-O0 -g1 --coverage -DFILIPPOV_NO_FORCED_INLINING"
-    find $folder -name '*.gcda' -delete
+    CXX=clang++-16 cmake -S . -B $folder -G Ninja -DCMAKE_BUILD_TYPE=Debug \
+        -DFILIPPOV_BUILD_CHECKS=OFF -DFILIPPOV_TEST_TIMEOUT=3600 -DFILIPPOV_CHECK_HEADERS=OFF \
+        -DFILIPPOV_BUILD_BENCH=OFF -DFILIPPOV_BUILD_EXAMPLES=OFF -DCMAKE_CXX_FLAGS_DEBUG="-O0 \
+        -fprofile-instr-generate -fcoverage-mapping -DFILIPPOV_NO_FORCED_INLINING"
+    rm -rf $folder/profiles
+    export LLVM_PROFILE_FILE=$PWD/$folder/profiles/%m.profraw
     if [ $# -gt 0 ]; then
         cmake --build $folder --target "$@"
         for test in "$@"; do
@@ -33,14 +34,16 @@ cpp() {
     else
         cmake --build $folder
         ctest --test-dir $folder --output-on-failure -LE long --parallel "$(nproc)" || failed=1
+        mapfile -t tests < <(cd $folder/tests && find . -maxdepth 1 -type f -executable)
     fi
+    llvm-profdata-16 merge --sparse $folder/profiles/*.profraw -o $folder/all.profdata
+    local about=(--instr-profile=$folder/all.profdata "${tests[@]/#/--object=$folder/tests/}"
+        include/filippov)
     mkdir -p $folder/cpp
-    # Branches are those of the programs' own: not those by which exceptions might leave.
-    .venv/bin/gcovr --root . --object-directory $folder --filter include/filippov \
-        --exclude-throw-branches --exclude-unreachable-branches --merge-mode-functions=separate --merge-lines \
-        --gcov-ignore-parse-errors=all \
-        --html-details $folder/cpp/index.html --json-summary $folder/cpp/summary.json \
-        --txt $folder/cpp/lines.txt --print-summary $folder/tests
+    llvm-cov-16 report --show-branch-summary "${about[@]}" >$folder/cpp/files.txt
+    llvm-cov-16 show --format=html --output-dir=$folder/cpp --show-branches=count \
+        --show-instantiations=false "${about[@]}"
+    tail -n 1 $folder/cpp/files.txt
 }
 
 python() {
