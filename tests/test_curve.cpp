@@ -4,7 +4,9 @@
 #include "catch.hpp"
 #include "systems.hpp"
 
+#include <filippov/any_system.hpp>
 #include <filippov/bifurcation_set.hpp>
+#include <filippov/elementary.hpp>
 
 #include <cmath>
 #include <map>
@@ -49,6 +51,33 @@ double distance(const Curve& curve, double omega, double A) {
     }
     return best;
 }
+
+/// x'' + x' + x = A cos omega t where x < 1; with a spring of stiffness 1 + k above.
+struct Stiffened {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 3> params{"A", "omega", "k"};
+    static constexpr std::array<double, 3> defaults{0.5, 1, 3};
+    template <Scalar S>
+    State<Stiffened, S> f1(const S& t, const State<Stiffened, S>& x,
+                           const Params<Stiffened, S>& p) const {
+        using elementary::cos;
+        return {x[1], p[0] * cos(p[1] * t) - x[1] - x[0]};
+    }
+    template <Scalar S>
+    State<Stiffened, S> f2(const S& t, const State<Stiffened, S>& x,
+                           const Params<Stiffened, S>& p) const {
+        State<Stiffened, S> f = f1(t, x, p);
+        f[1] -= p[2] * (x[0] - S(1));
+        return f;
+    }
+    template <Scalar S>
+    S h(const S&, const State<Stiffened, S>& x, const Params<Stiffened, S>&) const {
+        return x[0] - S(1);
+    }
+    template <Scalar S> S period(const Params<Stiffened, S>& p) const {
+        return S(2 * std::acos(-1.0)) / p[1];
+    }
+};
 
 } // namespace
 
@@ -249,4 +278,30 @@ TEST_CASE("curve: flips and folds end on curves of grazing-sliding at one point,
     for (const auto& [kind, points] : ends)
         for (const Vector& q : points)
             CHECK((q - points[0]).norm() < 1e-9);
+}
+
+TEST_CASE("curve: grazings without a slide lie where a linear oscillator's amplitude says",
+          "[curve]") {
+    const auto system = any_system(Stiffened{});
+    const Orbit orbit = settle(*system, system->defaults(), Vector::Zero(2));
+    REQUIRE(orbit.status == Status::ok);
+    const Branch branch = BranchTracer(*system, 0, 0.1, 2).trace(orbit.cycle);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "bound of the parameter");
+    const SpecialPoint& touch = find(branch, Kind::grazing);
+    CHECK(touch.cycle.p[0] == Approx(1).epsilon(1e-10));
+    const Box box{{0, 1}, {0.1, 0.3}, {4, 2}};
+    const Curve curve = CurveTracer(*system, box).trace(curve_start(touch));
+    CHECK(curve.status == Status::ok);
+    CHECK(curve.begin == "bound of the parameters");
+    CHECK(curve.end == "bound of the parameters");
+    REQUIRE(curve.points.size() > 10);
+    for (const BranchPoint& point : curve.points) {
+        const double w = point.cycle.p[1], detuned = 1 - w * w;
+        CHECK(point.cycle.p[0] == Approx(std::hypot(detuned, w)).epsilon(1e-9));
+    }
+    const auto [low, high] =
+        std::minmax(curve.points.front().cycle.p[1], curve.points.back().cycle.p[1]);
+    CHECK(low == Approx(0.3).epsilon(1e-9));
+    CHECK(high == Approx(2).epsilon(1e-9));
 }

@@ -76,13 +76,22 @@ inline double value_at(const AnySystem& system, const Cycle& c, std::size_t node
                        const Quantity& q) {
     return system.quantity(q, c.t[node], c.x[node], c.p, {}).value[0];
 }
-/// The fastest rate of h at the nodes of a cycle.
+/// The fastest rate of h at the nodes of a cycle. Where a segment ends by a touch it is zero, and
+/// what h'' makes of it in a while counts.
 inline double fastest_rate(const AnySystem& system, const Cycle& c) {
+    const std::size_t n = c.size();
     double fastest = std::numeric_limits<double>::min();
-    for (std::size_t i = 0; i < c.size(); ++i)
+    const auto see = [&](std::size_t i, int side, int order, double unit) {
+        const double rate = value_at(system, c, i, {Quantity::Kind::h, side, order}) * unit;
+        fastest = std::max(fastest, std::abs(rate));
+    };
+    for (std::size_t i = 0; i < n; ++i) {
         for (const int side : {-1, 1})
-            fastest =
-                std::max(fastest, std::abs(value_at(system, c, i, {Quantity::Kind::h, side, 1})));
+            see(i, side, 1, 1);
+        const Letter& ended = c.word[i + n - 1];
+        if (ended.until == Until::graze)
+            see(i, ended.mode, 2, 0.1 * c.period / c.turns);
+    }
     return fastest;
 }
 /// An interior minimum to full accuracy: Newton on the time at which it is. (What a run shows is

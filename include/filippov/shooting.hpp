@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -109,8 +110,11 @@ public:
     Vector scales(const Cycle& c) const {
         Vector size = Vector::Constant(dim_, std::numeric_limits<double>::min());
         // A component may be zero at all events: then what a field makes of it in a while counts,
-        // and in a longer one where there is no event, but one point of the orbit.
-        const bool one_point = c.word[0].until == Until::phase;
+        // and in a longer one where all nodes are at one point of the orbit.
+        double longest = 0;
+        for (std::size_t i = 0; i < c.size(); ++i)
+            longest = std::max(longest, std::abs(c.duration(i)));
+        const bool one_point = !(longest < 0.99 * std::abs(c.period));
         const double while_ = (one_point ? 0.1 : 1e-3) * std::abs(c.period);
         for (std::size_t i = 0; i < c.size(); ++i) {
             size = size.cwiseMax(c.x[i].cwiseAbs());
