@@ -79,6 +79,27 @@ struct Stiffened {
     }
 };
 
+/// r' = r (mu - r^2) and one turn in 2 pi where x < a; beyond, x is pushed back.
+struct Circle {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"mu", "a"};
+    static constexpr std::array<double, 2> defaults{1.5, 1};
+    template <Scalar S>
+    State<Circle, S> f1(const S&, const State<Circle, S>& x, const Params<Circle, S>& p) const {
+        const S growth = p[0] - x[0] * x[0] - x[1] * x[1];
+        return {growth * x[0] - x[1], growth * x[1] + x[0]};
+    }
+    template <Scalar S>
+    State<Circle, S> f2(const S& t, const State<Circle, S>& x, const Params<Circle, S>& p) const {
+        State<Circle, S> f = f1(t, x, p);
+        f[0] -= S(0.5) * (x[0] - p[1]);
+        return f;
+    }
+    template <Scalar S> S h(const S&, const State<Circle, S>& x, const Params<Circle, S>& p) const {
+        return x[0] - p[1];
+    }
+};
+
 } // namespace
 
 TEST_CASE("curve: a switching-sliding curve ends where two others begin", "[curve]") {
@@ -304,4 +325,26 @@ TEST_CASE("curve: grazings without a slide lie where a linear oscillator's ampli
         std::minmax(curve.points.front().cycle.p[1], curve.points.back().cycle.p[1]);
     CHECK(low == Approx(0.3).epsilon(1e-9));
     CHECK(high == Approx(2).epsilon(1e-9));
+}
+
+TEST_CASE("curve: a free oscillator's circle grazes where its radius says", "[curve]") {
+    const auto system = any_system(Circle{});
+    Vector x(2);
+    x << 0.3, 0.1;
+    const Orbit orbit = settle(*system, system->defaults(), x);
+    REQUIRE(orbit.status == Status::ok);
+    const Branch branch = BranchTracer(*system, 0, 0.1, 2).trace(orbit.cycle);
+    const SpecialPoint& touch = find(branch, Kind::grazing);
+    CHECK(touch.cycle.p[0] == Approx(1).epsilon(1e-10));
+    CHECK(touch.word_before == "-");
+    CHECK(touch.word_after == "-+");
+    const Curve curve =
+        CurveTracer(*system, {{0, 1}, {0.05, 0.2}, {4, 2}}).trace(curve_start(touch));
+    CHECK(curve.begin == "bound of the parameters");
+    CHECK(curve.end == "bound of the parameters");
+    REQUIRE(curve.points.size() > 10);
+    for (const BranchPoint& point : curve.points) {
+        CHECK(point.cycle.p[0] == Approx(point.cycle.p[1] * point.cycle.p[1]).epsilon(1e-9));
+        CHECK(point.cycle.period == Approx(2 * std::acos(-1.0)).epsilon(1e-9));
+    }
 }
