@@ -118,6 +118,37 @@ struct Buck : Converter<1> {
     }
 };
 
+/// A block on a belt that may stand still: x'' = -x - 0.2 x' + 2 cos 0.7 t - 0.5 sign(x' - V).
+struct SlowBelt {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"V"};
+    static constexpr std::array<double, 1> defaults{0};
+    template <Scalar S>
+    State<SlowBelt, S> f1(const S& t, const State<SlowBelt, S>& x,
+                          const Params<SlowBelt, S>&) const {
+        return pulled(t, x, 0.5);
+    }
+    template <Scalar S>
+    State<SlowBelt, S> f2(const S& t, const State<SlowBelt, S>& x,
+                          const Params<SlowBelt, S>&) const {
+        return pulled(t, x, -0.5);
+    }
+    template <Scalar S>
+    S h(const S&, const State<SlowBelt, S>& x, const Params<SlowBelt, S>& p) const {
+        return x[1] - p[0];
+    }
+    template <Scalar S> S period(const Params<SlowBelt, S>&) const {
+        return S(2 * std::acos(-1.0) / 0.7);
+    }
+
+private:
+    template <Scalar S>
+    static State<SlowBelt, S> pulled(const S& t, const State<SlowBelt, S>& x, double friction) {
+        using elementary::cos;
+        return {x[1], S(friction) - x[0] - S(0.2) * x[1] + S(2) * cos(S(0.7) * t)};
+    }
+};
+
 /// x'' + x' + x = A cos t where x < 1, and x' >= 1 above.
 struct Thrown {
     static constexpr int dim = 2;
@@ -910,4 +941,24 @@ TEST_CASE("branch: where a touch leads away for good, no slide and no end of all
     CHECK(branch.special[0].kind == Kind::grazing);
     // x'' + x' + x = A cos t is A sin t
     CHECK(branch.special[0].cycle.p[0] == Approx(1).epsilon(1e-10));
+}
+
+TEST_CASE("branch: a component that is zero at all events is no smaller between them", "[branch]") {
+    const auto system = any_system(SlowBelt{});
+    std::vector<double> places;
+    for (const double V : {0.0, 0.1, 0.5}) {
+        CAPTURE(V);
+        Vector p = system->defaults(), x(2);
+        p[0] = V;
+        x << 0.3, 0.1;
+        const Branch branch = BranchTracer(*system, 0, 0, 2).trace(settle(*system, p, x).cycle);
+        CHECK(branch.begin == "bound of the parameter");
+        CHECK(branch.end == "bound of the parameter");
+        CHECK(branch.points.size() < 100);
+        REQUIRE(branch.special.size() == 1);
+        CHECK(branch.special[0].kind == Kind::crossing_sliding);
+        places.push_back(branch.special[0].cycle.p[0]);
+    }
+    for (const double place : places)
+        CHECK(place == Approx(places[0]).epsilon(1e-11));
 }

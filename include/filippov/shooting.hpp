@@ -109,19 +109,20 @@ public:
     /// and for parameters their size.
     Vector scales(const Cycle& c) const {
         Vector size = Vector::Constant(dim_, std::numeric_limits<double>::min());
-        // A component may be zero at all events: then what a field makes of it in a while counts,
-        // and in a longer one where all nodes are at one point of the orbit.
-        double longest = 0;
-        for (std::size_t i = 0; i < c.size(); ++i)
-            longest = std::max(longest, std::abs(c.duration(i)));
-        const bool one_point = !(longest < 0.99 * std::abs(c.period));
-        const double while_ = (one_point ? 0.1 : 1e-3) * std::abs(c.period);
+        // A component may be zero at all events: the orbit is seen between them, too, and what a
+        // field makes of it in a while counts.
         for (std::size_t i = 0; i < c.size(); ++i) {
             size = size.cwiseMax(c.x[i].cwiseAbs());
             for (const int mode : modes_beside(c, i)) {
                 const Vector f = system_->field(mode, c.t[i], c.x[i], c.p);
                 if (f.allFinite())
-                    size = size.cwiseMax(while_ * f.cwiseAbs());
+                    size = size.cwiseMax(1e-3 * std::abs(c.period) * f.cwiseAbs());
+            }
+            for (const double share : {0.25, 0.5, 0.75}) {
+                const double t = c.t[i] + share * c.duration(i);
+                const Jet arc = system_->arc(c.word[i].mode, c.t[i], c.x[i], t, c.p, {});
+                if (arc.status == Status::ok && arc.value.allFinite())
+                    size = size.cwiseMax(arc.value.cwiseAbs());
             }
         }
         Vector scale(columns());
