@@ -164,7 +164,6 @@ namespace {
 struct SlowExit {
     static constexpr int dim = 1;
     static constexpr std::array<std::string_view, 1> params{"B"};
-    static constexpr std::array<double, 1> defaults{1};
 
     template <Scalar S> static S a(const S& t, const Vec<S, 1>& p) {
         using std::cos;

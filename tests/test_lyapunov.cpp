@@ -124,6 +124,28 @@ TEST_CASE("lyapunov: with crossings alone all exponents are finite", "[lyapunov]
     CHECK(l.exponents[0] >= l.exponents[1]);
 }
 
+TEST_CASE("lyapunov: a slide before the window takes nothing from it", "[lyapunov]") {
+    // Friction falls with speed; the run sticks once, at the beginning, and never again.
+    const auto system = oscillator_system();
+    const Vector p = params_at(*system, 5, 1.6);
+    Vector x(2);
+    x << 0.1, 1;
+    REQUIRE(system->run(0, x, 1, p).events[0].after == 0);
+    const Orbit orbit = settle(*system, p, x);
+    REQUIRE(orbit.cycle.word.string() == "-+");
+    double sum = 0;
+    for (const auto& m : orbit.multipliers)
+        sum += std::log(std::abs(m)) / orbit.cycle.period;
+    for (const double transient : {20.0, 60.0, 100.0}) {
+        CAPTURE(transient);
+        const Lyapunov l = lyapunov(*system, p, x, {.transient = transient, .window = 200});
+        REQUIRE(l.status == Status::ok);
+        CHECK(l.slides == 0);
+        REQUIRE(l.exponents.allFinite());
+        CHECK(l.exponents.sum() == Approx(sum).epsilon(1e-4));
+    }
+}
+
 TEST_CASE("lyapunov: an autonomous cycle has the exponent zero", "[lyapunov]") {
     const auto system = dieci_lopez_system();
     const Lyapunov l = lyapunov(*system, system->defaults(), Vector::Zero(2),

@@ -69,11 +69,14 @@ public:
         result_.t_begin = unit_ * settings_.stretch * double(n_transient);
         result_.t_end = result_.t_begin;
         std::vector<Vector> growth;
-        for (long long k = 0; good && k < n; ++k) {
-            good = advance(&growth);
-            if (good)
-                result_.t_end += unit_ * settings_.stretch;
-            tell(n_transient + k + 1);
+        const auto begin = std::tuple(x_, Q_, phase_, slides_);
+        if (good)
+            measure(n, n_transient, growth);
+        // What slides before the window took is taken away only if there are some in it.
+        if (result_.status == Status::ok && Q_.cols() < Q_.rows() && !loses_) {
+            std::tie(x_, Q_, phase_, slides_) = begin;
+            complete_frame();
+            measure(n, n_transient, growth);
         }
         summarise(growth);
         result_.x = x_;
@@ -101,6 +104,18 @@ private:
             settings_.progress(std::size_t(stretches), std::size_t(total_));
     }
     long long count(double duration) const { return std::llround(duration / settings_.stretch); }
+
+    /// Follows the window.
+    void measure(long long n, long long before, std::vector<Vector>& growth) {
+        growth.clear();
+        result_.slides = result_.skipped = 0;
+        result_.t_end = result_.t_begin;
+        loses_ = false;
+        for (long long k = 0; k < n && advance(&growth); ++k) {
+            result_.t_end += unit_ * settings_.stretch;
+            tell(before + k + 1);
+        }
+    }
 
     bool ended(Status status, const std::string& why) {
         if (status == Status::ok)
@@ -193,6 +208,7 @@ private:
         growth.skipped = growth.skipped || !M.allFinite();
         if (growth.skipped)
             return true;
+        loses_ = loses_ || j.lost > 0;
         if (Q_.cols() > d - j.lost)
             forget(M, d - j.lost);
         if (forgets && jumps_)
@@ -217,6 +233,16 @@ private:
         const Eigen::ColPivHouseholderQR<Matrix> rows((M * Q_).transpose());
         const Matrix all = rows.householderQ();
         Q_ = (Q_ * all.leftCols(kept)).eval();
+    }
+    /// Gives the frame as many vectors as there are directions.
+    void complete_frame() {
+        const Eigen::Index d = Q_.rows(), kept = Q_.cols();
+        if (kept == d)
+            return;
+        const Matrix all = Eigen::HouseholderQR<Matrix>(Q_).householderQ();
+        Matrix full(d, d);
+        full << Q_, all.rightCols(d - kept);
+        Q_ = full;
     }
     bool orthonormalise(const Matrix& V, Growth& growth) {
         if (V.cols() == 0) {
@@ -300,6 +326,7 @@ private:
     double unit_ = 1;  ///< of time
     double phase_ = 0; ///< time in units, within the period if there is one
     bool slides_ = false;
+    bool loses_ = false;  ///< a slide of the window has taken a direction
     long long total_ = 0; ///< stretches
     Lyapunov result_;
 };
