@@ -118,6 +118,25 @@ struct Buck : Converter<1> {
     }
 };
 
+/// r' = m r (1 - r^2) and one turn in 2 pi where y < 0.9, towards which the other field leads.
+struct Ring {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"m"};
+    static constexpr std::array<double, 1> defaults{2.5};
+    template <Scalar S>
+    State<Ring, S> f1(const S&, const State<Ring, S>& x, const Params<Ring, S>& p) const {
+        const S growth = p[0] * (S(1) - x[0] * x[0] - x[1] * x[1]);
+        return {growth * x[0] - x[1], growth * x[1] + x[0]};
+    }
+    template <Scalar S>
+    State<Ring, S> f2(const S&, const State<Ring, S>&, const Params<Ring, S>&) const {
+        return {S(0.3), S(-1)};
+    }
+    template <Scalar S> S h(const S&, const State<Ring, S>& x, const Params<Ring, S>&) const {
+        return x[1] - S(0.9);
+    }
+};
+
 /// A block on a belt that may stand still: x'' = -x - 0.2 x' + 2 cos 0.7 t - 0.5 sign(x' - V).
 struct SlowBelt {
     static constexpr int dim = 2;
@@ -961,4 +980,25 @@ TEST_CASE("branch: a component that is zero at all events is no smaller between 
     }
     for (const double place : places)
         CHECK(place == Approx(places[0]).epsilon(1e-11));
+}
+
+TEST_CASE("branch: derivatives down to rounding are not stiff", "[branch]") {
+    // Along the circle, which attracts strongly, neighbours become one.
+    const auto system = any_system(Ring{});
+    Vector p = system->defaults(), x(2);
+    x << 0.1, 0;
+    const Branch branch = BranchTracer(*system, 0, 0.5, 3).trace(settle(*system, p, x).cycle);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "bound of the parameter");
+    p[0] = 1.9;
+    const Orbit other = settle(*system, p, x);
+    const BranchPoint* last = nullptr;
+    for (const BranchPoint& point : branch.points) { // the period grows with m
+        if (last != nullptr)
+            CHECK((point.cycle.period > last->cycle.period) ==
+                  (point.cycle.p[0] > last->cycle.p[0]));
+        if (point.cycle.p[0] < 1.9)
+            CHECK(point.cycle.period < other.cycle.period);
+        last = &point;
+    }
 }

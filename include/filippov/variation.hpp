@@ -364,7 +364,7 @@ private:
         if (!closed_form(t, step.dt, x1)) {
             if (!have_k0_)
                 rk_.k[0] = field_at(mode_, t, x_);
-            follow_step(t, step.dt, x1, most_halvings, PerDirection{});
+            follow_step(t, step.dt, x1, most_halvings, {}, {});
             have_k0_ = true;
         }
         x_ = on_surface(with_values(x1, step.x1), t + D(step.dt), mode_);
@@ -375,7 +375,9 @@ private:
     /// Takes x and k[0] a step on. Steps are chosen for the values alone, which may rest while
     /// their neighbours run away: where an infinitesimal needs it, a step is taken in halves.
     /// @param whole  errors of the step that this is a part of
-    void follow_step(const D& t, const R& dt, X& x, int halvings, const PerDirection& whole) {
+    /// @param twice  errors of the step of which this is a half
+    void follow_step(const D& t, const R& dt, X& x, int halvings, const PerDirection& whole,
+                     const PerDirection& twice) {
         const auto rhs = [&](std::size_t, const D& time, const X& at) {
             return field_at(mode_, time, at);
         };
@@ -385,11 +387,11 @@ private:
         if (!too_stiff_ && coarse(x, x1, dt, errors)) {
             if (halvings > 0) {
                 const PerDirection& all = halvings == most_halvings ? errors : whole;
-                follow_step(t, dt / 2, x, halvings - 1, all);
-                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1, all);
+                follow_step(t, dt / 2, x, halvings - 1, all, errors);
+                follow_step(t + D(dt / 2), dt / 2, x, halvings - 1, all, errors);
                 return;
             }
-            give_up(x, x1, errors, whole);
+            give_up(x, x1, errors, whole, twice);
         }
         x = x1;
         rk_.k[0] = rk_.k[RungeKutta<Tableau, D, N>::last];
@@ -397,12 +399,15 @@ private:
     static constexpr int most_halvings = 12;
 
     /// The shortest steps err, too. In neighbours that are stiff they do by many orders less than
-    /// the whole step; otherwise it is rounding, of what cancels, and not asked for again.
-    void give_up(const X& x, const X& x1, const PerDirection& errors, const PerDirection& whole) {
+    /// the whole step, and by some less than the next longer ones; otherwise it is rounding, of
+    /// what cancels, and not asked for again.
+    void give_up(const X& x, const X& x1, const PerDirection& errors, const PerDirection& whole,
+                 const PerDirection& twice) {
         const Vec<R, N> unit = scale();
         for (std::size_t k = 0; k < errors.size(); ++k)
             if (errors[k] > R(0)) {
-                too_stiff_ = too_stiff_ || errors[k] < whole[k] * R(0x1p-30);
+                too_stiff_ = too_stiff_ || (errors[k] < whole[k] * R(0x1p-30) &&
+                                            errors[k] < twice[k] * R(0x1p-5));
                 noise_[k] = R(1e3) * size_of(x, x1, k, unit);
             }
     }
