@@ -137,20 +137,20 @@ struct Ring {
     }
 };
 
-/// A block on a belt that may stand still: x'' = -x - 0.2 x' + 2 cos 0.7 t - 0.5 sign(x' - V).
+/// A block on a belt that may stand still: x'' = -x - 0.2 x' + F cos 0.7 t - 0.5 sign(x' - V).
 struct SlowBelt {
     static constexpr int dim = 2;
-    static constexpr std::array<std::string_view, 1> params{"V"};
-    static constexpr std::array<double, 1> defaults{0};
+    static constexpr std::array<std::string_view, 2> params{"V", "F"};
+    static constexpr std::array<double, 2> defaults{0, 2};
     template <Scalar S>
     State<SlowBelt, S> f1(const S& t, const State<SlowBelt, S>& x,
-                          const Params<SlowBelt, S>&) const {
-        return pulled(t, x, 0.5);
+                          const Params<SlowBelt, S>& p) const {
+        return pulled(t, x, p, 0.5);
     }
     template <Scalar S>
     State<SlowBelt, S> f2(const S& t, const State<SlowBelt, S>& x,
-                          const Params<SlowBelt, S>&) const {
-        return pulled(t, x, -0.5);
+                          const Params<SlowBelt, S>& p) const {
+        return pulled(t, x, p, -0.5);
     }
     template <Scalar S>
     S h(const S&, const State<SlowBelt, S>& x, const Params<SlowBelt, S>& p) const {
@@ -162,9 +162,10 @@ struct SlowBelt {
 
 private:
     template <Scalar S>
-    static State<SlowBelt, S> pulled(const S& t, const State<SlowBelt, S>& x, double friction) {
+    static State<SlowBelt, S> pulled(const S& t, const State<SlowBelt, S>& x,
+                                     const Params<SlowBelt, S>& p, double friction) {
         using elementary::cos;
-        return {x[1], S(friction) - x[0] - S(0.2) * x[1] + S(2) * cos(S(0.7) * t)};
+        return {x[1], S(friction) - x[0] - S(0.2) * x[1] + p[1] * cos(S(0.7) * t)};
     }
 };
 
@@ -1000,5 +1001,25 @@ TEST_CASE("branch: derivatives down to rounding are not stiff", "[branch]") {
         if (point.cycle.p[0] < 1.9)
             CHECK(point.cycle.period < other.cycle.period);
         last = &point;
+    }
+}
+
+TEST_CASE("branch: a symmetric orbit begins to stick in both halves, from wherever", "[branch]") {
+    const auto system = any_system(SlowBelt{});
+    for (const double F : {1.9, 2.0, 2.1}) {
+        CAPTURE(F);
+        Vector p = system->defaults(), x(2);
+        p[1] = F;
+        x << 0.3, 0.1;
+        const Branch branch = BranchTracer(*system, 1, 0.3, 4).trace(settle(*system, p, x).cycle);
+        CHECK(branch.end == "bound of the parameter");
+        std::vector<double> places;
+        for (const SpecialPoint& s : branch.special)
+            if (s.kind == Kind::crossing_sliding)
+                places.push_back(s.cycle.p[1]);
+        REQUIRE(places.size() == 2);
+        CHECK(places[0] == Approx(places[1]).epsilon(1e-11));
+        CHECK(branch.special.back().word_before == "0-0+");
+        CHECK(branch.special.back().word_after == "-+");
     }
 }

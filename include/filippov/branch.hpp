@@ -371,6 +371,10 @@ private:
         const Cycle before = here.cycle();
         std::vector<SlidingCondition> conditions =
             detail::conditions_behind(line_.system, before, beyond, causes);
+        if (conditions.size() == 1) {
+            detail::add_twins(line_, conditions[0], causes);
+            conditions = detail::conditions_behind(line_.system, before, beyond, causes);
+        }
         if (conditions.empty()) {
             trouble = detail::touches_crossed;
             return StepEnd::retry;

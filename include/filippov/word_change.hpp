@@ -104,6 +104,19 @@ inline bool alone(const AnySystem& system, const SlidingCondition& s) {
     return s.kind != Kind::crossing_sliding || s.cycle.word[s.node].mode != 0;
 }
 
+/// Adds to contacts whose far side turns round those that do so at the same parameter, as in the
+/// other half of a symmetric orbit: in a short step rounding decides which have been seen.
+inline void add_twins(const BranchLine& line, SlidingCondition s, std::vector<Test>& causes) {
+    if (causes[0].what != Test::What::far_side || !solve(line, s).ok())
+        return;
+    for (const Test& test : tests_of(line.system, s.cycle)) {
+        const auto is_it = [&](const Test& cause) { return cause.i == test.i; };
+        if (test.what == Test::What::far_side && std::abs(test.value) < 1e-8 &&
+            std::none_of(causes.begin(), causes.end(), is_it))
+            causes.push_back(test);
+    }
+}
+
 /// True if two bifurcations are one, of one orbit at one of its nodes.
 inline bool same_point(const BranchLine& line, const SpecialPoint& a, const SpecialPoint& b) {
     if (a.kind != b.kind || a.side != b.side || a.cycle.turns != b.cycle.turns ||
