@@ -79,6 +79,35 @@ struct Stiffened {
     }
 };
 
+/// A block on a belt, its friction 1/(1 + |v - 1|).
+struct Belt {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"A", "omega"};
+    static constexpr std::array<double, 2> defaults{1, 2};
+    template <Scalar S>
+    State<Belt, S> f1(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p) const {
+        return pulled(t, x, p, S(1) / (S(2) - x[1]));
+    }
+    template <Scalar S>
+    State<Belt, S> f2(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p) const {
+        return pulled(t, x, p, S(-1) / x[1]);
+    }
+    template <Scalar S> S h(const S&, const State<Belt, S>& x, const Params<Belt, S>&) const {
+        return x[1] - S(1);
+    }
+    template <Scalar S> S period(const Params<Belt, S>& p) const {
+        return S(2 * std::acos(-1.0)) / p[1];
+    }
+
+private:
+    template <Scalar S>
+    static State<Belt, S> pulled(const S& t, const State<Belt, S>& x, const Params<Belt, S>& p,
+                                 const S& friction) {
+        using elementary::cos;
+        return {x[1], friction - x[0] - S(0.1) * x[1] + p[0] * cos(p[1] * t)};
+    }
+};
+
 /// r' = r (mu - r^2) and one turn in 2 pi where x < a; beyond, x is pushed back.
 struct Circle {
     static constexpr int dim = 2;
@@ -346,5 +375,31 @@ TEST_CASE("curve: a free oscillator's circle grazes where its radius says", "[cu
     for (const BranchPoint& point : curve.points) {
         CHECK(point.cycle.p[0] == Approx(point.cycle.p[1] * point.cycle.p[1]).epsilon(1e-9));
         CHECK(point.cycle.period == Approx(2 * std::acos(-1.0)).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("curve: adding-sliding ends where the touch comes to the slide's entry", "[curve]") {
+    const auto system = any_system(Belt{});
+    const Orbit orbit = settle(*system, system->defaults(), Vector::Zero(2));
+    const Branch branch = BranchTracer(*system, 1, 1, 3).trace(orbit.cycle);
+    const Curve curve = CurveTracer(*system, {{1, 0}, {0.3, 0.2}, {4.5, 5}})
+                            .trace(curve_start(find(branch, Kind::adding_sliding)));
+    REQUIRE(curve.end == "the touch reaches an end of its slide");
+    for (const SpecialPoint& s : curve.special)
+        CHECK((s.kind == Kind::fold || s.kind == Kind::switching_sliding));
+    const Cycle& last = curve.points.back().cycle;
+    CHECK(last.p[1] == Approx(2.06683687).epsilon(1e-8));
+    // There the block arrives with no force left, and none growing: L1 = L1' = 0, and s = -1.
+    const double A = last.p[0], w = last.p[1], t = last.t[0], x = last.x[0][0];
+    CHECK(last.t[1] == Approx(t).margin(1e-7));
+    CHECK(1 - x - 0.1 + A * std::cos(w * t) == Approx(0).margin(1e-9));
+    CHECK(-1 - A * w * std::sin(w * t) == Approx(0).margin(1e-6));
+    // all others are touches, and orbits
+    for (std::size_t i = 0; i + 1 < curve.points.size(); ++i) {
+        const Cycle& c = curve.points[i].cycle;
+        const bool touches = std::ranges::any_of(c.t, [&](double at) {
+            return std::abs(1 + c.p[0] * c.p[1] * std::sin(c.p[1] * at)) < 1e-6;
+        });
+        CHECK(touches);
     }
 }

@@ -97,6 +97,13 @@ inline bool touch_meets_entry(const CurvePlace& here, const Test& test) {
            test.i == before && word[before + n - 1].mode == -here.condition.side;
 }
 
+/// The slide's touch runs into one of the slide's own ends, where it is no touch any more.
+inline bool touch_meets_end(const CurvePlace& here, const Test& test) {
+    const std::size_t n = here.shooting->word().size(), node = here.condition.node;
+    return here.kind == Kind::adding_sliding && test.what == Test::What::duration &&
+           (test.i == node || test.i == (node + n - 1) % n);
+}
+
 // --- what goes on ------------------------------------------------------------------------------
 
 /// The node at a time, up to whole periods.
@@ -154,6 +161,13 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
             return StepEnd::retry; // something else has happened before
     if (touch_meets_entry(here, cause)) {
         end_at_degenerate(system, here, at, cause.i, true, curve);
+        return StepEnd::ended;
+    }
+    if (touch_meets_end(here, cause)) {
+        curve.points.push_back(point_of(system, here, at.z));
+        for (auto& multiplier : curve.points.back().multipliers) // 0/0 where the entry is tangent
+            multiplier = std::numeric_limits<double>::quiet_NaN();
+        curve.end = "the touch reaches an end of its slide";
         return StepEnd::ended;
     }
     const Cycle there = here.cycle(at.z);
