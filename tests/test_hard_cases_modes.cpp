@@ -259,6 +259,39 @@ TEMPLATE_TEST_CASE("H7: a two-fold is ambiguous and named", "[hard]", DormandPri
     CHECK(what(strip(plus_x, minus_x)) == "two-fold, invisible-invisible");
 }
 
+TEMPLATE_TEST_CASE("H7: where a force depends on the side of a position, both may lead away alike",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // x'' = F cos t - 0.2 x' - x - a sign(x) at rest on x = 0: if F > a it leaves at once
+    const double a = 0.5, F = GENERATE(2.0, 0.6, -2.0), tol = GENERATE(1e-6, 1e-10);
+    const auto side = [=](double s) {
+        return [=](const auto& t, const auto& x) {
+            using std::cos;
+            return like(x, x[1], F * cos(t) - 0.2 * x[1] - x[0] - a * s);
+        };
+    };
+    const Plane sys(side(-1), side(1), [](const auto&, const auto& x) { return x[0]; });
+    INFO("F = " << F << ", tolerance " << tol);
+    const auto r = go<TestType>(sys, V2(0, 0), 0, 7, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    CHECK(r.events[0].mode_after[0] == (F > 0 ? 1 : -1));
+    const auto beside =
+        go<DormandPrince8>(sys, V2(F > 0 ? 1e-14 : -1e-14, 0), 0, 7, bounded<2>(1e-12));
+    CHECK((r.result.x - beside.result.x).norm() < 100 * tol);
+    CHECK(r.events.size() == beside.events.size());
+    // with less force it does not know, and says so
+    const Plane weak(
+        [](const auto& t, const auto& x) {
+            using std::cos;
+            return like(x, x[1], 0.3 * cos(t) + 0.5);
+        },
+        [](const auto& t, const auto& x) {
+            using std::cos;
+            return like(x, x[1], 0.3 * cos(t) - 0.5);
+        },
+        [](const auto&, const auto& x) { return x[0]; });
+    CHECK(go<TestType>(weak, V2(0, 0), 0, 1, bounded<2>(tol)).result.status == Status::ambiguous);
+}
+
 TEMPLATE_TEST_CASE("H7: at a two-fold a policy chooses, and every choice ends", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const auto choose = [](const Plane& sys, NonUnique policy) {

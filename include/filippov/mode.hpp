@@ -194,6 +194,21 @@ bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& 
     return below == lie_derivatives<3>(field, h, t, x, p);
 }
 
+/// True if h_j' is the same on both sides around a point, as where a force depends on the side of a
+/// position: then what both sides bend alike leaves to where they bend it, and does not slide.
+template <class Sys, class S>
+bool same_rate(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t, const S& tau,
+               const State<Sys, S>& x, const Params<Sys, S>& p, const Sides<Sys, S>& here) {
+    for (const double later : {0.0, 0.3, 1.7})
+        for (const State<Sys, S>& f : {here.f1, here.f2}) {
+            const S dt = S(later) * tau;
+            const auto there = both_sides(sys, mode, j, S(t + dt), State<Sys, S>(x + dt * f), p);
+            if (!(there.l1 == there.l2))
+                return false;
+        }
+    return true;
+}
+
 /// True if a field is nil at x, now and later: no component is more than the rounding of `other`,
 /// the field with which it is compared.
 template <class F, class S, int N>
@@ -328,6 +343,8 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     const bool two_fold = v.below.order != 1 && v.above.order != 1;
     // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
     const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
+    const bool bent_alike = two_fold && v.below.sign == v.above.sign &&
+                            same_rate(sys, mode, j, t, S(forward * arrival.tau), x, p, b);
     const bool vanish = v.below.sign == 0 || v.above.sign == 0;
     const auto stays = [&](int side, const Departure& departure) {
         if (departure.sign != 0)
@@ -356,7 +373,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         v.reason = "all derivatives of h up to order four vanish";
         for (const int side : {-1, 0, 1})
             option(side);
-    } else if (two_fold && !same_field) {
+    } else if (two_fold && !same_field && !bent_alike) {
         const bool visible_below = v.below.sign < 0, visible_above = v.above.sign > 0;
         v.reason = visible_below && visible_above     ? "two-fold, visible-visible"
                    : !visible_below && !visible_above ? "two-fold, invisible-invisible"
