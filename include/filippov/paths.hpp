@@ -52,17 +52,21 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
         }
     }
     X operator()(const S& theta) {
-        if (!built) {
-            polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
-            counters.field += Tableau::extra_stages;
-            ++counters.interpolants;
-            built = true;
-        }
+        build();
         return on_surface(polynomial(theta), S(at.clock.local + theta * dt));
+    }
+    /// What the middle of the step lacks of solving the equation, in units of the tolerance. The
+    /// field is called where no stage was, so that no chance hides an error from this.
+    FILIPPOV_COLD S defect() {
+        build();
+        const S half(0.5);
+        const X field = at.field(S(at.clock.local + half * dt), polynomial(half));
+        ++counters.field;
+        return at.norm(X(dt * field - polynomial.slope(half)));
     }
     /// Leaves what is needed to evaluate this step later.
     template <class Piece> void store(Piece& piece) {
-        (*this)(S(0));
+        build();
         for (std::size_t m = 0; m < polynomial.c.size(); ++m)
             piece.polynomial.c[m] = polynomial.c[m];
     }
@@ -88,6 +92,14 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
     }
 
 private:
+    void build() {
+        if (built)
+            return;
+        polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
+        counters.field += Tableau::extra_stages;
+        ++counters.interpolants;
+        built = true;
+    }
     FILIPPOV_INLINE void take(const S& step) {
         rk.step(rhs, at.clock.local, at.x, step, x1);
         counters.field += Tableau::stages - 1;

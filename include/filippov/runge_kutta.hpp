@@ -27,6 +27,19 @@ template <class S, int N, int Terms> struct Interpolant {
         }
         return x;
     }
+    /// The derivative by theta.
+    Vec<S, N> slope(const S& theta) const {
+        const S one_minus = S(1) - theta;
+        Vec<S, N> x = c[Terms - 1], d = Vec<S, N>::Zero();
+        for (std::size_t m = Terms - 1; m-- > 0;) {
+            const S &factor = m % 2 == 0 ? theta : one_minus, sign(m % 2 == 0 ? 1 : -1);
+            for (int i = 0; i < N; ++i) {
+                d[i] = sign * x[i] + factor * d[i];
+                x[i] = c[m][i] + factor * x[i];
+            }
+        }
+        return d;
+    }
 };
 
 /// The stages of one step. `rhs(j, t, x)` returns the derivative at stage j, t = t0 + c[j] dt; it
