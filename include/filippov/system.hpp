@@ -433,10 +433,13 @@ template <class Sys, class S> S s_max(const Sys& sys, const Params<Sys, S>& p) {
 template <class Sys, class S = double> Params<Sys, S> default_params() {
     Params<Sys, S> p;
     for (int i = 0; i < params_v<Sys>; ++i) {
-        if constexpr (requires { Sys::defaults; })
+        if constexpr (requires { Sys::defaults; }) {
+            static_assert(std::size(Sys::defaults) == std::size_t(params_v<Sys>),
+                          "filippov: `defaults` needs one value for each of `params`");
             p[i] = S(Sys::defaults[std::size_t(i)]);
-        else
+        } else {
             p[i] = S(0);
+        }
     }
     return p;
 }
