@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "converter.hpp"
+#include "slow_belt.hpp"
 #include "systems.hpp"
 
 #include <filippov/any_system.hpp>
@@ -118,11 +119,11 @@ struct Buck : Converter<1> {
     }
 };
 
-/// r' = m r (1 - r^2) and one turn in 2 pi where y < 0.9, towards which the other field leads.
+/// r' = m r (1 - r^2) and one turn in 2 pi where y < g, towards which the other field leads.
 struct Ring {
     static constexpr int dim = 2;
-    static constexpr std::array<std::string_view, 1> params{"m"};
-    static constexpr std::array<double, 1> defaults{2.5};
+    static constexpr std::array<std::string_view, 2> params{"m", "g"};
+    static constexpr std::array<double, 2> defaults{2.5, 0.9};
     template <Scalar S>
     State<Ring, S> f1(const S&, const State<Ring, S>& x, const Params<Ring, S>& p) const {
         const S growth = p[0] * (S(1) - x[0] * x[0] - x[1] * x[1]);
@@ -132,40 +133,29 @@ struct Ring {
     State<Ring, S> f2(const S&, const State<Ring, S>&, const Params<Ring, S>&) const {
         return {S(0.3), S(-1)};
     }
-    template <Scalar S> S h(const S&, const State<Ring, S>& x, const Params<Ring, S>&) const {
-        return x[1] - S(0.9);
+    template <Scalar S> S h(const S&, const State<Ring, S>& x, const Params<Ring, S>& p) const {
+        return x[1] - p[1];
     }
 };
 
-/// A block on a belt that may stand still: x'' = -x - 0.2 x' + F cos 0.7 t - 0.5 sign(x' - V).
-struct SlowBelt {
-    static constexpr int dim = 2;
-    static constexpr std::array<std::string_view, 2> params{"V", "F"};
-    static constexpr std::array<double, 2> defaults{0, 2};
-    template <Scalar S>
-    State<SlowBelt, S> f1(const S& t, const State<SlowBelt, S>& x,
-                          const Params<SlowBelt, S>& p) const {
-        return pulled(t, x, p, 0.5);
+/// 1 / (s + 1)^3 under a relay with lead: x''' + 3 x'' + 3 x' + x = -sign(x + b x').
+struct Lead {
+    static constexpr int dim = 3;
+    static constexpr std::array<std::string_view, 1> params{"b"};
+    static constexpr std::array<double, 1> defaults{0.1};
+    template <Scalar S> static State<Lead, S> field(const State<Lead, S>& x, const S& u) {
+        return {x[1], x[2], u - S(3) * x[2] - S(3) * x[1] - x[0]};
     }
     template <Scalar S>
-    State<SlowBelt, S> f2(const S& t, const State<SlowBelt, S>& x,
-                          const Params<SlowBelt, S>& p) const {
-        return pulled(t, x, p, -0.5);
+    State<Lead, S> f1(const S&, const State<Lead, S>& x, const Params<Lead, S>&) const {
+        return field(x, S(1));
     }
     template <Scalar S>
-    S h(const S&, const State<SlowBelt, S>& x, const Params<SlowBelt, S>& p) const {
-        return x[1] - p[0];
+    State<Lead, S> f2(const S&, const State<Lead, S>& x, const Params<Lead, S>&) const {
+        return field(x, S(-1));
     }
-    template <Scalar S> S period(const Params<SlowBelt, S>&) const {
-        return S(2 * std::acos(-1.0) / 0.7);
-    }
-
-private:
-    template <Scalar S>
-    static State<SlowBelt, S> pulled(const S& t, const State<SlowBelt, S>& x,
-                                     const Params<SlowBelt, S>& p, double friction) {
-        using elementary::cos;
-        return {x[1], S(friction) - x[0] - S(0.2) * x[1] + p[1] * cos(S(0.7) * t)};
+    template <Scalar S> S h(const S&, const State<Lead, S>& x, const Params<Lead, S>& p) const {
+        return x[0] + p[0] * x[1];
     }
 };
 
@@ -1002,6 +992,45 @@ TEST_CASE("branch: derivatives down to rounding are not stiff", "[branch]") {
             CHECK(point.cycle.period < other.cycle.period);
         last = &point;
     }
+}
+
+TEST_CASE("branch: an orbit that comes to an equilibrium ends with its period", "[branch]") {
+    // Below some g the slide along y = g ends at an equilibrium: where the fields are parallel
+    // there, m (1 - x^2 - g^2) (x + 0.3 g) - g + 0.3 x = 0 first has a root, which is double.
+    const auto system = any_system(Ring{});
+    for (const auto& [m, fold] : {std::pair(0.5, 0.364104031464), std::pair(2.5, 0.683672390718)}) {
+        CAPTURE(m);
+        Vector p = system->defaults(), x(2);
+        p[0] = m;
+        x << 0.1, 0;
+        const Branch branch =
+            BranchTracer(*system, 1, 0.1, 0.95).trace(settle(*system, p, x).cycle);
+        CHECK(branch.status == Status::ok);
+        CHECK(branch.begin == "the period grows without bound: the orbit comes to an equilibrium");
+        CHECK(branch.end == "bound of the parameter");
+        CHECK(branch.points.size() < 400);
+        // near a fold of equilibria g goes as 1 / T^2
+        const Cycle &last = branch.points.front().cycle, &other = branch.points[40].cycle;
+        CHECK(last.p[1] - fold > 0);
+        CHECK((last.p[1] - fold) * last.period * last.period ==
+              Approx((other.p[1] - fold) * other.period * other.period).epsilon(0.05));
+    }
+}
+
+TEST_CASE("branch: a relay whose lead ends its oscillation", "[branch]") {
+    // For fast oscillations the loop is (1 + b s) / (s + 1)^3: its phase reaches -pi, to first
+    // order in 1 / omega, where 3 = 1 / b.
+    const auto system = any_system(Lead{});
+    Vector x(3);
+    x << 0.1, 0.1, 0;
+    const Branch branch =
+        BranchTracer(*system, 0, 0, 1).trace(settle(*system, system->defaults(), x).cycle);
+    CHECK(branch.status == Status::ok);
+    CHECK(branch.begin == "bound of the parameter");
+    CHECK(branch.end == "the orbit shrinks to a point, its period to nothing");
+    const Cycle& last = branch.points.back().cycle;
+    CHECK(last.p[0] == Approx(1.0 / 3).margin(1e-5));
+    CHECK(last.period < 0.05);
 }
 
 TEST_CASE("branch: a symmetric orbit begins to stick in both halves, from wherever", "[branch]") {

@@ -53,6 +53,9 @@ private:
     static constexpr const char* no_orbit =
         "no orbit of a neighbouring word was found beyond this bifurcation";
     static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
+    static constexpr const char* to_a_point = "the orbit shrinks to a point, its period to nothing";
+    static constexpr const char* endless =
+        "the period grows without bound: the orbit comes to an equilibrium";
     static constexpr const char* several = "several bifurcations at once";
     static constexpr const char* turned_back =
         "the branch turns back on itself at a bifurcation: how it goes on was not found";
@@ -184,7 +187,9 @@ private:
             if (end != StepEnd::retry)
                 return end == StepEnd::goes_on;
         }
-        if (trouble != shrunk)
+        if (trouble == detail::no_convergence && has_shrunk(here))
+            trouble = to_a_point;
+        if (trouble != shrunk && trouble != to_a_point)
             branch.status = Status::not_converged;
         branch.end = trouble;
         return false;
@@ -287,8 +292,14 @@ private:
         here.z = to.z;
         here.t = t;
         here.entered.reset();
-        if (needs_phase(to.cycle))
-            renew_phase(here, to.cycle);
+        if (lasts_for_ever(here)) {
+            branch.end = endless;
+            return StepEnd::ended;
+        }
+        if (needs_phase(to.cycle)) // the plane before may touch the orbit further on, like a fold
+            renew(here, to.cycle, here.curve.scale());
+        else if (is_longer(here))
+            renew(here, to.cycle, {});
         if (to.iterations <= 3)
             ds = std::min(1.5 * ds, settings_.max_step);
         return StepEnd::goes_on;
@@ -318,10 +329,30 @@ private:
         return now.norm() <= 1e-4 * here.curve.scale().head(now.size()).norm() ||
                now.dot(length(here.cycle())) <= 0;
     }
-    /// Puts the plane across the orbit that it is now: the one before may touch it further on,
-    /// which would look like a fold.
-    void renew_phase(Place& here, const Cycle& cycle) {
-        const Vector lengths = here.curve.scale(), before = here.t.cwiseQuotient(lengths);
+    /// True if next to nothing is left of the period of an orbit that no forcing keeps: its events,
+    /// as the switchings of a relay, have come together.
+    bool has_shrunk(const Place& here) const {
+        const Shooting& shooting = *here.shooting;
+        return !line_.system.forced() &&
+               shooting.period_in(here.z) < 0.02 * shooting.period_in(here.curve.scale());
+    }
+    /// True if nothing but the period grows along the branch: the orbit waits ever longer at an
+    /// equilibrium, sliding or not, and the parameter has come to where it stays there (a
+    /// homoclinic orbit, or a fold of equilibria on it).
+    bool lasts_for_ever(const Place& here) const {
+        return !line_.system.forced() && here.shooting->period_in(here.t) > 0 &&
+               here.shooting->without_times(here.t).norm() <= 1e-6;
+    }
+    /// True if the period is twice that in which steps are measured.
+    bool is_longer(const Place& here) const {
+        const Shooting& shooting = *here.shooting;
+        return !line_.system.forced() &&
+               shooting.period_in(here.z) > 2 * shooting.period_in(here.curve.scale());
+    }
+    /// Takes the orbit that it is now for the one that steps start from: a plane across it, and
+    /// these lengths, or its own.
+    void renew(Place& here, const Cycle& cycle, const Vector& lengths) {
+        const Vector before = here.t.cwiseQuotient(here.curve.scale());
         const auto forward = [&](const Vector& dz) { return before.dot(dz); };
         if (auto renewed = detail::place_of(line_, cycle, forward, lengths))
             here = std::move(*renewed);

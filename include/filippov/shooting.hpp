@@ -204,6 +204,14 @@ public:
     double growth(std::size_t i, const Vector& dz) const {
         return dz[t_column(i + 1)] - (t_column(i) >= 0 ? dz[t_column(i)] : 0.0);
     }
+    /// The period of an autonomous orbit in the unknowns, in a step of them, in their lengths.
+    double period_in(const Vector& z) const { return z[dim_]; }
+    /// A step of the unknowns but for that of the times.
+    Vector without_times(Vector dz) const {
+        for (std::size_t i = 0; i < start_.size(); ++i)
+            dz[x_column(i) + dim_] = 0;
+        return dz;
+    }
 
 private:
     /// Modes whose fields are defined at node i.
