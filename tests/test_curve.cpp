@@ -2,12 +2,14 @@
 // Curves of bifurcations in two parameters, and the points of codimension two on them.
 
 #include "catch.hpp"
+#include "slow_belt.hpp"
 #include "systems.hpp"
 
 #include <filippov/any_system.hpp>
 #include <filippov/bifurcation_set.hpp>
 #include <filippov/elementary.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -402,4 +404,47 @@ TEST_CASE("curve: adding-sliding ends where the touch comes to the slide's entry
         });
         CHECK(touches);
     }
+}
+
+TEST_CASE("curve: a slide that begins on its boundary and vanishes there", "[curve]") {
+    // Where L2 = L2' = 0 and L2'' > 0 at the entry: beyond, the orbit crosses, tangent at first.
+    const auto system = any_system(SlowBelt{});
+    Vector p = system->defaults(), x(2);
+    p[0] = 0.5;
+    x << 0.3, 0.1;
+    const Branch branch = BranchTracer(*system, 1, 0.3, 4).trace(settle(*system, p, x).cycle);
+    const auto is_switching = [](const SpecialPoint& s) {
+        return s.kind == Kind::switching_sliding;
+    };
+    const auto entry = std::ranges::find_if(branch.special, is_switching);
+    REQUIRE(entry != branch.special.end());
+    CurveTracer tracer(*system, {{0, 1}, {0, 0.3}, {2, 4}});
+    const Curve curve = tracer.trace(curve_start(*entry));
+    CHECK(curve.status == Status::ok);
+    CHECK(curve.begin == "degenerate crossing-sliding");
+    CHECK(curve.end == "bound of the parameters");
+    REQUIRE(curve.special.size() == 2);
+    const SpecialPoint& point = curve.special[0];
+    CHECK(point.kind == Kind::crossing_sliding);
+    CHECK(point.cycle.word.string() == "0-+");
+    for (const auto& [condition, value] : point.conditions) {
+        CAPTURE(condition);
+        if (condition == "L2''")
+            CHECK(value > 0.1);
+        else
+            CHECK(std::abs(value) < 1e-10);
+    }
+    CHECK(curve.special[1].kind == Kind::adding_sliding);
+
+    // the curve of crossings starts there, and one that comes from elsewhere ends there
+    const Curve crossings = tracer.trace(curve_start(point));
+    CHECK(crossings.begin == "bound of the parameters");
+    CHECK(crossings.end == "a point of codimension two");
+    CurveStart start = curve_start(point);
+    start.condition.cycle = crossings.points[crossings.points.size() / 2].cycle;
+    const Curve back = tracer.trace(start);
+    CHECK(back.begin == "bound of the parameters");
+    REQUIRE(back.end == "degenerate crossing-sliding");
+    for (const int k : {0, 1})
+        CHECK(back.points.back().cycle.p[k] == Approx(point.cycle.p[k]).epsilon(1e-10));
 }

@@ -42,7 +42,7 @@ public:
         else if (start.growing < 0 && start.growing_rate == 0)
             run(start, -1, backward);
         else
-            backward.end = "a point of codimension two";
+            backward.end = at_codimension_two;
         for (const auto* half : {&forward, &backward})
             degenerate_.insert(degenerate_.end(), half->degenerate.begin(), half->degenerate.end());
         return {detail::joined(backward, forward), start.kind};
@@ -51,6 +51,7 @@ public:
 private:
     using Place = detail::CurvePlace;
     using StepEnd = detail::StepEnd;
+    static constexpr const char* at_codimension_two = "a point of codimension two";
 
     void run(const CurveStart& start, int direction, detail::HalfCurve& curve) {
         auto here = detail::place_of(plane_, start, direction);
@@ -90,7 +91,8 @@ private:
             if (end != StepEnd::retry)
                 return end == StepEnd::goes_on;
         }
-        if (detail::ends_at_short_segment(plane_, here, curve))
+        if (detail::ends_at_short_segment(plane_, here, curve) ||
+            detail::ends_at_crossing(plane_, here, curve))
             return false;
         curve.status = Status::not_converged;
         curve.end = trouble;
@@ -105,6 +107,10 @@ private:
             return StepEnd::retry;
         const double before = detail::second_order_test(here, here.z),
                      after = detail::second_order_test(here, to.z);
+        if (curve.points.size() == 1 && detail::is_beyond_degenerate(here, after)) {
+            curve.end = at_codimension_two;
+            return StepEnd::ended;
+        }
         if (curve.points.size() > 1 && before * after < 0 &&
             detail::second_order_point(plane_.system, here, to.length, before, after, curve))
             return StepEnd::ended;

@@ -63,6 +63,13 @@ inline double second_order_test(const CurvePlace& here, const Vector& z) {
     return here.shooting->at_node(z.head(here.shooting->columns()), here.condition.node, q).first;
 }
 
+/// True if a curve of entries on the boundary has started from a degenerate one, and leads to where
+/// they are of the other kind.
+inline bool is_beyond_degenerate(const CurvePlace& here, double second_order) {
+    const double push = here.condition.side * second_order;
+    return here.kind == Kind::crossing_sliding ? push < 0
+                                               : here.kind == Kind::switching_sliding && push > 0;
+}
 /// True at a cusp: the parameters stand still while the orbit moves on. (The determinant of the
 /// test also changes its sign where a second multiplier reaches 1.)
 inline bool parameters_pause(const CurvePlace& here, const Located& at) {
@@ -93,6 +100,19 @@ inline void end_at_degenerate(const AnySystem& system, const CurvePlace& here, c
     curve.points.push_back(point_of(system, here, at.z));
     curve.end = "degenerate switching-sliding";
 }
+/// Where the orbit crosses into the far side tangent to second order. On the other side of it a
+/// slide that begins on the boundary leaves it there at once.
+inline void end_at_degenerate_crossing(const AnySystem& system, const CurvePlace& here,
+                                       const Located& at, HalfCurve& curve) {
+    curve.special.push_back(special_at(system, here, at, Kind::crossing_sliding));
+    curve.points.push_back(point_of(system, here, at.z));
+    curve.end = "degenerate crossing-sliding";
+}
+/// True where an entry that is tangent to second order leads on to the far side.
+inline bool leads_on(const CurvePlace& here, const Vector& z) {
+    const int b = here.condition.side;
+    return b * here.shooting->at_node(z, here.condition.node, {Quantity::Kind::h, b, 3}).first > 0;
+}
 /// A change of sign of the second-order test, from `before` to `after`, within a step. True if the
 /// curve ends there.
 inline bool second_order_point(const AnySystem& system, const CurvePlace& here, double ds,
@@ -107,6 +127,12 @@ inline bool second_order_point(const AnySystem& system, const CurvePlace& here, 
         return false;
     }
     if (here.kind == Kind::switching_sliding || here.kind == Kind::crossing_sliding) {
+        if (leads_on(here, at.z)) {
+            if (here.kind == Kind::switching_sliding)
+                return false; // the slide has vanished before
+            end_at_degenerate_crossing(system, here, at, curve);
+            return true;
+        }
         // the visit of a crossing has no length
         end_at_degenerate(system, here, at, here.condition.node,
                           here.kind == Kind::crossing_sliding, curve);

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -51,6 +52,22 @@ inline Located locate(const AnySystem& system, const CurvePlace& here, const Vec
         return {};
     return zero_along(*here.curve, here.z, here.t, ds, value, f0, f1);
 }
+/// Where a function vanishes near a point of a curve, on either side of it.
+inline Located zero_near(const Arclength& along, const Vector& z, const Vector& t,
+                         const std::function<double(const Vector&, const Matrix&)>& test, double f0,
+                         Branch& curve) {
+    for (double reach = 1e-6; reach < 0.1; reach *= 4)
+        for (const double ds : {reach, -reach}) {
+            Vector u = z;
+            Matrix J;
+            const Convergence c = along.step(u, J, t, ds);
+            curve.corrections += c.iterations;
+            const double f1 = c.ok() ? test(u, J) : f0;
+            if (f0 * f1 <= 0)
+                return zero_along(along, z, t, ds, test, f0, f1);
+        }
+    return {};
+}
 /// Moves a sliding bifurcation along its curve to where the orbit with more segments has the fold
 /// or flip, too: where a segment has no length the equations of those are singular.
 /// @param last  becomes the end of their curve
@@ -70,24 +87,13 @@ inline bool meet(const CurvePlane& plane, Kind kind, SlidingCondition& s, Branch
         return border_test(floquet_of_child(plane.system, moved), kind == Kind::fold ? 1 : -1,
                            plane.system.forced());
     };
-    const double f0 = test(z, J);
-    for (double reach = 1e-6; reach < 0.1; reach *= 4)
-        for (const double ds : {reach, -reach}) {
-            Vector u = z;
-            const Convergence c = along.step(u, J, t, ds);
-            curve.corrections += c.iterations;
-            const double f1 = c.ok() ? test(u, J) : f0;
-            if (!(f0 * f1 <= 0))
-                continue;
-            const Located at = zero_along(along, z, t, ds, test, f0, f1);
-            if (!at.ok())
-                return false;
-            s.cycle = shooting->unpack(at.z);
-            last = {child_of(s), floquet_of_child(plane.system, s)};
-            normalize(plane.system, last.cycle);
-            return true;
-        }
-    return false;
+    const Located at = zero_near(along, z, t, test, test(z, J), curve);
+    if (!at.ok())
+        return false;
+    s.cycle = shooting->unpack(at.z);
+    last = {child_of(s), floquet_of_child(plane.system, s)};
+    normalize(plane.system, last.cycle);
+    return true;
 }
 /// The slide's touch runs into its entry: the degenerate switching-sliding point.
 inline bool touch_meets_entry(const CurvePlace& here, const Test& test) {
@@ -97,6 +103,37 @@ inline bool touch_meets_entry(const CurvePlace& here, const Test& test) {
            test.i == before && word[before + n - 1].mode == -here.condition.side;
 }
 
+/// The slide that begins on its boundary leaves it there again.
+inline bool returns_at_once(const CurvePlace& here) {
+    const Letter& slide = here.shooting->word()[here.condition.node];
+    return here.kind == Kind::switching_sliding && slide.mode == 0 &&
+           slide.until == (here.condition.side < 0 ? Until::exit_below : Until::exit_above);
+}
+/// True if that slide is about to vanish: the orbit crosses instead, tangent to second order, and
+/// the curve ends. Its equations are singular there; those of the crossing are not.
+inline bool ends_at_crossing(const CurvePlane& plane, const CurvePlace& here, HalfCurve& curve) {
+    const Cycle c = here.cycle();
+    if (!returns_at_once(here) || !(c.duration(here.condition.node) < 1e-2 * c.period))
+        return false;
+    CurveStart crossing;
+    crossing.condition = *condition_of(c, {Test::What::duration, here.condition.node, 0, {}});
+    crossing.kind = crossing.condition.kind;
+    auto there = place_of(plane, crossing, +1);
+    Matrix J;
+    if (!there || !there->curve->step(there->z, J, there->t, 0).ok())
+        return false;
+    there->t = there->curve->tangent(J, there->t);
+    const auto test = [&](const Vector& z, const Matrix&) { return second_order_test(*there, z); };
+    const Located at = zero_near(*there->curve, there->z, there->t, test, test(there->z, J), curve);
+    if (!at.ok())
+        return false;
+    for (std::size_t k = 0; k < 2; ++k)
+        if (!(std::abs(there->parameter(at.z, k) - here.parameter(k)) < 1e-2 * plane.box.width(k)))
+            return false;
+    end_at_degenerate_crossing(plane.system, *there, at, curve);
+    curve.special.back().word_before = here.shooting->word().string();
+    return true;
+}
 /// The slide's touch runs into one of the slide's own ends, where it is no touch any more.
 inline bool touch_meets_end(const CurvePlace& here, const Test& test) {
     const std::size_t n = here.shooting->word().size(), node = here.condition.node;
@@ -152,6 +189,9 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
     if (causes.size() > 1)
         return StepEnd::retry;
     const Test& cause = causes[0];
+    if (cause.what == Test::What::duration && cause.i == here.condition.node &&
+        returns_at_once(here))
+        return ends_at_crossing(plane, here, curve) ? StepEnd::ended : StepEnd::retry;
     const Located at = locate(system, here, beyond, ds, cause);
     curve.corrections += at.convergence.iterations;
     if (!at.ok())
