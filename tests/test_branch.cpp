@@ -159,6 +159,39 @@ struct Lead {
     }
 };
 
+/// x'' = -x - 0.1 x' + A cos 0.6 t - sign(x' - 1) / (1 + |x' - 1|).
+struct Weakening {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"A"};
+    static constexpr std::array<double, 1> defaults{2.655};
+    template <Scalar S>
+    State<Weakening, S> f1(const S& t, const State<Weakening, S>& x,
+                           const Params<Weakening, S>& p) const {
+        return pulled(t, x, p, S(-1));
+    }
+    template <Scalar S>
+    State<Weakening, S> f2(const S& t, const State<Weakening, S>& x,
+                           const Params<Weakening, S>& p) const {
+        return pulled(t, x, p, S(1));
+    }
+    template <Scalar S>
+    S h(const S&, const State<Weakening, S>& x, const Params<Weakening, S>&) const {
+        return x[1] - S(1);
+    }
+    template <Scalar S> S period(const Params<Weakening, S>&) const {
+        return S(2 * std::acos(-1.0) / 0.6);
+    }
+
+private:
+    template <Scalar S>
+    static State<Weakening, S> pulled(const S& t, const State<Weakening, S>& x,
+                                      const Params<Weakening, S>& p, const S& side) {
+        using elementary::cos;
+        const S friction = side / (S(1) + side * (x[1] - S(1)));
+        return {x[1], p[0] * cos(S(0.6) * t) - x[0] - S(0.1) * x[1] - friction};
+    }
+};
+
 /// x'' + x' + x = A cos t where x < 1, and x' >= 1 above.
 struct Thrown {
     static constexpr int dim = 2;
@@ -1015,6 +1048,31 @@ TEST_CASE("branch: an orbit that comes to an equilibrium ends with its period", 
         CHECK((last.p[1] - fold) * last.period * last.period ==
               Approx((other.p[1] - fold) * other.period * other.period).epsilon(0.05));
     }
+}
+
+TEST_CASE("branch: a touch soon after a crossing is seen late, but it is seen", "[branch]") {
+    // 4e-5 later what was born in it, a visit of a hundredth of a period, begins in a slide.
+    const auto system = any_system(Weakening{});
+    const Vector p = system->defaults(), x = Vector::Zero(2);
+    const Branch branch = BranchTracer(*system, 0, 2.5, 2.9).trace(settle(*system, p, x).cycle);
+    CHECK(branch.status == Status::ok);
+    REQUIRE(branch.special.size() == 3);
+    CHECK(branch.special[0].kind == Kind::grazing_sliding);
+    CHECK(branch.special[1].kind == Kind::switching_sliding);
+    CHECK(branch.special[2].kind == Kind::flip);
+    const double graze = branch.special[0].cycle.p[0], entry = branch.special[1].cycle.p[0];
+    CHECK(entry - graze == Approx(3.9e-5).epsilon(0.02));
+    for (const BranchPoint& point : branch.points)
+        if (point.cycle.word.string() == "0-+-+")
+            CHECK(point.cycle.p[0] <= graze);
+    // what solutions settle on says the same
+    const auto word_at = [&](double A) {
+        return settle(*system, Vector::Constant(1, A), x).cycle.word.string();
+    };
+    CHECK(word_at(graze - 5e-6) == branch.special[0].word_before);
+    CHECK(word_at(graze + 5e-6) == branch.special[0].word_after);
+    CHECK(word_at(entry - 5e-6) == branch.special[1].word_before);
+    CHECK(word_at(entry + 5e-6) == branch.special[1].word_after);
 }
 
 TEST_CASE("branch: a relay whose lead ends its oscillation", "[branch]") {

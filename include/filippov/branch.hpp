@@ -411,11 +411,15 @@ private:
             return StepEnd::retry;
         }
         std::vector<SpecialPoint> special;
-        const double from = here.parameter(), to = line_.value(beyond);
+        double from = here.parameter();
+        const double to = line_.value(beyond);
         for (SlidingCondition& s : conditions) {
             const Convergence c = detail::solve(line_, s);
             branch.corrections += c.iterations;
-            if (!c.ok() || !within(line_.value(s.cycle), from, to)) {
+            const double value = line_.value(s.cycle);
+            if (c.ok() && last_try && take_back(branch, before.word, value, to - from))
+                from = line_.value(branch.points.back().cycle);
+            if (!c.ok() || !within(value, from, to)) {
                 trouble = "a bifurcation could not be located";
                 return StepEnd::retry;
             }
@@ -446,6 +450,19 @@ private:
                 next->entered = born ? special[0].multipliers_child : special[0].multipliers;
         }
         return change_word(here, std::move(next), born, special, branch);
+    }
+    /// Takes back the last points if they are of this word and beyond a bifurcation: a touch that
+    /// is barely crossed, soon after the segment has begun, is seen late.
+    bool take_back(Branch& branch, const Word& word, double bifurcation, double direction) const {
+        const auto beyond = [&](const BranchPoint& p) {
+            return p.cycle.word == word && (line_.value(p.cycle) - bifurcation) * direction > 0;
+        };
+        const auto before = std::find_if_not(branch.points.rbegin(), branch.points.rend(), beyond);
+        if (before == branch.points.rbegin() || before == branch.points.rend() ||
+            before->cycle.word != word)
+            return false;
+        branch.points.erase(before.base(), branch.points.end());
+        return true;
     }
     /// True if a bifurcation of this parameter can be one of the step.
     bool within(double value, double from, double to) const {

@@ -95,13 +95,14 @@ inline SpecialPoint describe(const AnySystem& system, SlidingCondition& s, const
 }
 
 /// True if nothing else has happened before a bifurcation: the orbit there is one of its word,
-/// and what is born where a slide begins is no second slide.
+/// what is born where a slide begins is no second slide, and nothing pushes back what crosses.
 inline bool alone(const AnySystem& system, const SlidingCondition& s) {
     const Cycle c = parent_of(s);
     for (const Test& test : tests_of(system, c))
         if (!(test.value > -1e-8))
             return false;
-    return s.kind != Kind::crossing_sliding || s.cycle.word[s.node].mode != 0;
+    const bool slides = s.cycle.word[s.node].mode == 0;
+    return s.kind == Kind::crossing_sliding ? !slides : s.kind != Kind::switching_sliding || slides;
 }
 
 /// Adds to contacts whose far side turns round those that do so at the same parameter, as in the
