@@ -10,9 +10,10 @@ from __future__ import annotations
 import json
 import os
 import sys
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ Arrays = dict[str, NDArray[Any]]
 
 #: Entries of a tile, about, if nothing else is asked for.
 ENTRIES = 65_536
-FORMAT, VERSION = "filippov.tiles", 1
+FORMAT, VERSION = "filippov.tiles", 2
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ class Stage:
 class Store:
     """A directory in Zarr's format: arrays with one chunk a tile, and which tiles are complete."""
 
-    def __init__(self, group: Any, tiling: Tiling) -> None:  # noqa: ANN401 - a zarr.Group
+    def __init__(self, path: str, group: Any, tiling: Tiling) -> None:  # noqa: ANN401 - a zarr.Group
+        self.path = path
         self.group = group
         self.tiling = tiling
 
@@ -84,13 +86,14 @@ class Store:
                     chunks=(max(1, min(self.tiling.rows, len(values))), *values.shape[1:]),
                     dtype=values.dtype,
                     fill_value=values.flat[0] if values.size else 0,
+                    config={"write_empty_chunks": True},  # or the bits of a NaN are lost
                     dimension_names=stage.dims.get(name),
                 )
         if self._done(stage) not in self.group:
             self.group.create_array(
                 self._done(stage),
-                shape=(len(self.tiling), 1 + len(stage.numbers)),
-                chunks=(1, 1 + len(stage.numbers)),
+                shape=(len(self.tiling), 2 + len(stage.numbers)),
+                chunks=(1, 2 + len(stage.numbers)),
                 dtype=np.int64,
                 fill_value=0,
                 compressors=None,
@@ -98,19 +101,32 @@ class Store:
             )
 
     def complete(self, stage: Stage) -> NDArray[np.int64]:
-        """Rows (1, numbers...) of the tiles that are complete, 0 for the others."""
-        return np.asarray(self.group[self._done(stage)][:])
+        """Rows (1, checksum, numbers...) of the tiles that are complete, 0 for the others."""
+        return self._read(self._done(stage), slice(None))
 
-    def read(self, stage: Stage, k: int) -> Arrays:
-        """Give a tile's arrays."""
+    def read(self, stage: Stage, k: int, row: NDArray[np.int64]) -> Arrays:
+        """Give a complete tile's arrays; what is not as it was written is refused."""
         rows = self.tiling.slice(k)
-        return {name: np.asarray(self.group[name][rows]) for name in stage.outputs}
+        arrays = {name: self._read(name, rows) for name in stage.outputs}
+        if _checksum(arrays, row[2:].tolist()) != row[1]:
+            names = ", ".join(repr(name) for name in arrays)
+            self._refuse(f"tile {k} of {names} is not as it was written")
+        return arrays
 
-    def write(self, stage: Stage, k: int, arrays: Mapping[str, Any], numbers: list[int]) -> None:
+    def write(self, stage: Stage, k: int, arrays: Arrays, numbers: list[int]) -> None:
         """Write a tile, and then that it is complete: each file is written as a whole."""
         for name in stage.outputs:
             self.group[name][self.tiling.slice(k)] = arrays[name]
-        self.group[self._done(stage)][k] = [1, *numbers]
+        self.group[self._done(stage)][k] = [1, _checksum(arrays, numbers), *numbers]
+
+    def _read(self, name: str, rows: slice) -> NDArray[Any]:
+        try:
+            return np.asarray(self.group[name][rows])
+        except Exception as error:  # noqa: BLE001 - whatever a codec says
+            self._refuse(f"{name!r} cannot be read ({error})")
+
+    def _refuse(self, reason: str) -> NoReturn:
+        refuse("store", self.path, f"{reason}; expected files that nobody has changed")
 
     def note(self, **attributes: Any) -> None:
         """Keep what belongs to the whole."""
@@ -168,7 +184,7 @@ def open_store(
     shown = os.fspath(path)
     if not target.exists() or (target.is_dir() and not any(target.iterdir())):
         group = zarr.open_group(target, mode="w", attributes={"filippov_manifest": manifest})
-        return Store(group, tiling), tiling
+        return Store(shown, group, tiling), tiling
     foreign = "expected a directory that does not exist yet, or a store of the same run"
     try:
         group = zarr.open_group(target, mode="r+")
@@ -188,7 +204,15 @@ def open_store(
     for name, there in made.items():
         if name not in wanted:
             refuse("store", shown, f"it was made with {name} = {there!r}, which is not asked for")
-    return Store(group, tiling), tiling
+    return Store(shown, group, tiling), tiling
+
+
+def _checksum(arrays: Arrays, numbers: list[int]) -> int:
+    """Of a tile; a chunk that is missing reads as one that was never written."""
+    sum_ = zlib.crc32(np.array(numbers, dtype=np.int64).tobytes())
+    for values in arrays.values():
+        sum_ = zlib.crc32(np.ascontiguousarray(values).tobytes(), sum_)
+    return sum_
 
 
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 - JSON
@@ -221,9 +245,9 @@ def run_stage(
         store.begin(stage)
         complete = store.complete(stage)
         for k in [k for k in todo if complete[k, 0] == 1]:
-            for name, values in store.read(stage, k).items():
+            for name, values in store.read(stage, k, complete[k]).items():
                 stage.outputs[name][tiling.slice(k)] = values
-            for name, value in zip(stage.numbers, complete[k, 1:], strict=True):
+            for name, value in zip(stage.numbers, complete[k, 2:], strict=True):
                 sums[name] += int(value)
         todo = [k for k in todo if complete[k, 0] != 1]
     done = tiling.length - sum(tiling.count(k) for k in todo)
