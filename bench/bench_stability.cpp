@@ -76,16 +76,18 @@ double quantile(std::vector<double>& v, double q) {
 }
 
 Cell print(Report& report, nlohmann::json& results) {
-    std::printf("%-5s %-12s %-6s %9s %9s %9s %8s %8s %6s %8s %8s %8s  %s\n", "shape", "method",
-                "tol", "runs", "right", "delicate", "many", "several", "wrong", "median", "99.9 %",
-                "worst", "case");
+    std::printf("%-5s %-12s %-6s %9s %9s %9s %8s %8s %6s %8s %8s %8s %9s %9s  %s\n", "shape",
+                "method", "tol", "runs", "right", "delicate", "many", "several", "wrong", "median",
+                "99.9 %", "worst", "us a run", "longest", "case");
     Cell all;
     for (auto& [key, c] : report.cells) {
         const double median = quantile(c.ratios, 0.5), high = quantile(c.ratios, 0.999);
-        std::printf("%-5s %-12s %-6s %9lld %9lld %9lld %8lld %8lld %6lld %8.2f %8.2f %8.2f  %llu\n",
+        std::printf("%-5s %-12s %-6s %9lld %9lld %9lld %8lld %8lld %6lld %8.2f %8.2f %8.2f "
+                    "%9.1f %9.0f  %llu\n",
                     key[0].c_str(), key[1].c_str(), key[2].c_str(), c.runs(), c.count[right],
                     c.count[delicate], c.count[accumulation], c.count[not_unique], c.count[wrong],
-                    median, high, c.worst, static_cast<unsigned long long>(c.worst_case));
+                    median, high, c.worst, 1e6 * c.seconds / double(c.runs()), 1e6 * c.longest,
+                    static_cast<unsigned long long>(c.worst_case));
         results["cells"].push_back({{"shape", key[0]},
                                     {"method", key[1]},
                                     {"tolerance", key[2]},
@@ -98,6 +100,8 @@ Cell print(Report& report, nlohmann::json& results) {
                                     {"median", median},
                                     {"q999", high},
                                     {"worst", c.worst},
+                                    {"seconds", c.seconds},
+                                    {"longest", c.longest},
                                     {"case", c.worst_case}});
         all += c;
     }
@@ -158,7 +162,10 @@ int main(int argc, char** argv) {
         }
         for (const std::string& line : report.failures)
             std::printf("%s\n", line.c_str());
-        return 0;
+        long long n_wrong = 0;
+        for (const auto& [key, cell] : report.cells)
+            n_wrong += cell.count[wrong];
+        return n_wrong == 0 ? 0 : 1;
     }
     const double start = bench::wall_ms();
     if (options.quick) {

@@ -2,6 +2,7 @@
 // What came of a campaign's problems, and how one is asked for.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -22,6 +23,7 @@ struct Cell {
     double worst = 0;             ///< error in units of the bound
     std::uint64_t worst_case = 0; ///< its number
     std::vector<double> ratios{};
+    double seconds = 0, longest = 0; ///< of all runs, and of one
 
     long long runs() const { return std::accumulate(count.begin(), count.end(), 0LL); }
     void operator+=(const Cell& c) {
@@ -31,6 +33,8 @@ struct Cell {
             worst = c.worst;
             worst_case = c.worst_case;
         }
+        seconds += c.seconds;
+        longest = std::max(longest, c.longest);
         ratios.insert(ratios.end(), c.ratios.begin(), c.ratios.end());
     }
 };

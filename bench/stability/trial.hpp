@@ -11,6 +11,8 @@
 #include <filippov/flow.hpp>
 #include <filippov/rodas5p.hpp>
 
+#include <algorithm>
+#include <chrono>
 #include <random>
 #include <string>
 
@@ -38,6 +40,7 @@ public:
     }
 
 private:
+    using Clock = std::chrono::steady_clock;
     static inline const Vec<Long, N> no_error = Vec<Long, N>::Zero();
 
     void compare(const Exact<N, M>& oracle, const ExactRun<N, M>& exact, const Vec<double, N>& x0,
@@ -60,13 +63,14 @@ private:
             }
             const auto judge = [&](const char* method, Status status, double t,
                                    const Vec<double, N>& x, const std::string& message) {
+                const std::chrono::duration<double> took = Clock::now() - began_;
                 const Long off = x.allFinite() ? oracle.distance(x, exact.x)
                                                : std::numeric_limits<Long>::infinity();
                 const double ratio = double(off / bound);
                 const bool at_end = std::abs(t - t_end) <= 1e-6 * std::abs(t_end - t0);
                 const Verdict verdict =
                     judged(exact, status, x.allFinite(), in_doubt, ratio, at_end);
-                count(std::string(method) + way, tolerance, verdict, ratio);
+                count(std::string(method) + way, tolerance, verdict, ratio, took.count());
                 if (talk_ || verdict == wrong)
                     report(std::string(method) + way, tolerance, status, t, ratio, in_doubt, exact,
                            message);
@@ -103,11 +107,12 @@ private:
     /// The same solution in curved coordinates.
     template <class Judge>
     void try_curved(const Vec<double, N>& x0, double t0, double t_end, double tolerance,
-                    double largest, const Judge& judge) const {
+                    double largest, const Judge& judge) {
         const Curved<N, M> sys(problem_, 1 + largest, number_);
         const Vec<double, N> start =
             sys.bent(Vec<Long, N>(x0.template cast<Long>())).template cast<double>();
         Nothing nothing;
+        began_ = Clock::now();
         const auto r = flow<DormandPrince8>(sys, Vec<double, 0>(), start, t0, t_end,
                                             settings_of(problem_, tolerance), nothing);
         const Vec<Long, N> z = sys.straightened(Vec<Long, N>(r.x.template cast<Long>()));
@@ -170,6 +175,7 @@ private:
     void try_methods(const Vec<double, N>& x0, double t0, double t_end, double tolerance,
                      const Judge& judge) {
         const auto one = [&](auto tableau, const char* method, const Vec<double, N>& start) {
+            began_ = Clock::now();
             const auto r = by_flow<decltype(tableau)>(problem_, start, t0, t_end, tolerance);
             judge(method, r.status, double(r.t), r.x, r.message());
         };
@@ -180,6 +186,7 @@ private:
             if (tolerance >= 1e-10)
                 one(Rodas5P{}, "rodas5p", x0);
             if (t_end > t0) {
+                began_ = Clock::now();
                 const auto r = ensemble<DormandPrince8, 8>(
                     problem_.sys, {Member<N, 0>{x0, Vec<double, 0>(), t0, t_end}},
                     settings_of(problem_, tolerance), Parallel{.threads = 1});
@@ -206,9 +213,12 @@ private:
         return arrived && ratio <= multiple ? right : wrong;
     }
 
-    void count(const std::string& method, double tolerance, Verdict verdict, double ratio) {
+    void count(const std::string& method, double tolerance, Verdict verdict, double ratio,
+               double seconds) {
         Cell& cell = report_.cells[Key{shape(), method, digits("%.0e", tolerance)}];
         ++cell.count[verdict];
+        cell.seconds += seconds;
+        cell.longest = std::max(cell.longest, seconds);
         if (verdict == right) {
             cell.ratios.push_back(ratio);
             if (ratio > cell.worst) {
@@ -253,6 +263,7 @@ private:
     Problem<N, M> problem_;
     std::mt19937_64 random_;
     Exact<N, M> forwards_;
+    Clock::time_point began_{}; ///< of the run that is judged next
 };
 
 template <int N, int M> void try_problem(std::uint64_t number, Report& report, bool talk) {
