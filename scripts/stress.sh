@@ -35,7 +35,9 @@ thread() {
 
 valgrind() {
     cmake --preset as-used
-    local examples=(01_quickstart 02_bifurcation_diagram)
+    local examples=(examples/*.cpp)
+    examples=("${examples[@]#examples/}")
+    examples=("${examples[@]%.cpp}")
     cmake --build --preset as-used --target "${examples[@]/#/example_}"
     for example in "${examples[@]}"; do
         (cd build/as-used/examples && OMP_NUM_THREADS=1 command valgrind --quiet \

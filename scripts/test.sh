@@ -31,8 +31,16 @@ scripts/setup.sh test
 step "Python package"
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
 "${pip[@]}" "scikit-build-core>=0.10" "pybind11>=2.13"
-"${pip[@]}" --no-build-isolation -C build-dir=build/python -C cmake.define.FILIPPOV_GSL=ON \
-    -C cmake.define.FILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}" ".[docs,test]"
+rm -rf build/wheel
+.venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+    -w build/wheel -C build-dir=build/python -C cmake.define.FILIPPOV_GSL=ON \
+    -C cmake.define.FILIPPOV_LEAN="${FILIPPOV_LEAN:-OFF}" .
+wheel=$(echo build/wheel/*.whl)
+"${pip[@]}" "$wheel[docs,test]"
+"${pip[@]}" --force-reinstall --no-deps "$wheel" # the version does not tell it from one before
+
+step "its wheel in an empty environment"
+scripts/try_wheel.sh "$wheel"
 
 step "format and types"
 scripts/format.sh --check

