@@ -13,8 +13,6 @@
 using namespace filippov;
 using enum EventKind;
 
-namespace {} // namespace
-
 // --- H27 -----------------------------------------------------------------------------------------
 
 namespace {
