@@ -51,10 +51,11 @@ def row(A, omegas):
 
 
 def open_chart(path, A, omega):
-    """The store of the chart; one of other parameters is refused."""
+    """The store of the chart; one of other parameters or of another version is refused."""
     shape = (len(A), len(omega))
     if not path.exists():
-        chart = zarr.open_group(path, mode="w", attributes={"version": fp.__version__})
+        new = path.with_name(path.name + ".new")  # it has its name when it is whole
+        chart = zarr.open_group(new, mode="w", attributes={"version": fp.__version__})
         for name, values in (("A", A), ("omega", omega)):
             chart.create_array(name, data=values, dimension_names=[name])
         for name in ("turns", "slides", "multiplier", "error"):
@@ -70,9 +71,12 @@ def open_chart(path, A, omega):
         chart.create_array(
             "seconds", shape=len(A), chunks=1, dtype="f8", fill_value=np.nan, dimension_names=["A"]
         )
+        new.rename(path)
     chart = zarr.open_group(path, mode="r+")
     if not (np.array_equal(chart["A"][:], A) and np.array_equal(chart["omega"][:], omega)):
         parser.error(f"{path} holds another chart")
+    if chart.attrs["version"] != fp.__version__:
+        parser.error(f"{path} was begun by version {chart.attrs['version']}")
     return chart
 
 

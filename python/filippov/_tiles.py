@@ -122,7 +122,7 @@ class Store:
     def _read(self, name: str, rows: slice) -> NDArray[Any]:
         try:
             return np.asarray(self.group[name][rows])
-        except Exception as error:  # noqa: BLE001 - whatever a codec says
+        except Exception as error:
             self._refuse(f"{name!r} cannot be read ({error})")
 
     def _refuse(self, reason: str) -> NoReturn:
