@@ -237,7 +237,7 @@ def test_a_store_whose_sums_were_changed_is_no_result(tmp_path):
     group = zarr.open_group(store, mode="r+")
     (name,) = (name for name, _ in group.arrays() if name.endswith("_done"))
     group[name][1, -1] += 1
-    with pytest.raises(ValueError, match="tile 1 of .* is not as it was written"):
+    with pytest.raises(ValueError, match=r"tile 1 of .* is not as it was written"):
         cell_map(store=store, tile=60)
 
 
