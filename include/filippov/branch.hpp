@@ -411,15 +411,13 @@ private:
             return StepEnd::retry;
         }
         std::vector<SpecialPoint> special;
-        double from = here.parameter();
-        const double to = line_.value(beyond);
+        const double from = here.parameter(), to = line_.value(beyond);
         for (SlidingCondition& s : conditions) {
             const Convergence c = detail::solve(line_, s);
             branch.corrections += c.iterations;
             const double value = line_.value(s.cycle);
-            if (c.ok() && last_try && take_back(branch, before.word, value, to - from))
-                from = line_.value(branch.points.back().cycle);
-            if (!c.ok() || !within(value, from, to)) {
+            const bool late = last_try && last_before(branch, before.word, value, to - from);
+            if (!c.ok() || !(late || within(value, from, to))) {
                 trouble = "a bifurcation could not be located";
                 return StepEnd::retry;
             }
@@ -439,6 +437,9 @@ private:
         const bool together = detail::keep_first(line_, conditions, special, to - from);
         if ((!together && !born) || !detail::alone(line_.system, conditions[0]))
             return StepEnd::retry;
+        if (!within(line_.value(special[0].cycle), from, to))
+            branch.points.resize(
+                last_before(branch, before.word, line_.value(special[0].cycle), to - from));
         auto next = !born                    ? detail::parent(line_, conditions[0])
                     : conditions.size() == 1 ? detail::child(line_, conditions[0])
                                              : detail::children(line_, conditions);
@@ -451,18 +452,16 @@ private:
         }
         return change_word(here, std::move(next), born, special, branch);
     }
-    /// Takes back the last points if they are of this word and beyond a bifurcation: a touch that
-    /// is barely crossed, soon after the segment has begun, is seen late.
-    bool take_back(Branch& branch, const Word& word, double bifurcation, double direction) const {
-        const auto beyond = [&](const BranchPoint& p) {
-            return p.cycle.word == word && (line_.value(p.cycle) - bifurcation) * direction > 0;
-        };
-        const auto before = std::find_if_not(branch.points.rbegin(), branch.points.rend(), beyond);
-        if (before == branch.points.rbegin() || before == branch.points.rend() ||
-            before->cycle.word != word)
-            return false;
-        branch.points.erase(before.base(), branch.points.end());
-        return true;
+    /// How many points there are up to the last of this word before a bifurcation, if those behind
+    /// it are of this word, too; 0: none. (A touch that is barely crossed, soon after the segment
+    /// has begun, is seen late.)
+    std::size_t last_before(const Branch& branch, const Word& word, double bifurcation,
+                            double direction) const {
+        std::size_t n = branch.points.size();
+        while (n > 0 && branch.points[n - 1].cycle.word == word &&
+               (line_.value(branch.points[n - 1].cycle) - bifurcation) * direction > 0)
+            --n;
+        return n > 0 && n < branch.points.size() && branch.points[n - 1].cycle.word == word ? n : 0;
     }
     /// True if a bifurcation of this parameter can be one of the step.
     bool within(double value, double from, double to) const {
