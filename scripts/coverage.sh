@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Measures what the tests reach, lines and branches: of the headers by the C++ tests, of the Python
 # layer by its tests. Reports in build/coverage/{cpp,python}. Needs what `scripts/setup.sh test`
-# installs, clang 16 and llvm-16 with it, and, in .venv, filippov with the packages of
-# filippov[test].
+# installs, Debian's llvm-16, and, in .venv, filippov with the packages of filippov[test].
 #
 #   scripts/coverage.sh cpp [test ...]   by these tests alone: test_roots, ...
 #   scripts/coverage.sh python
-#   scripts/coverage.sh                  both, an hour on two cores
+#   scripts/coverage.sh                  both, an hour and a half on two cores
 #
 # Where tests fail, the report is made nevertheless, and the exit status is 1.
 set -euo pipefail
@@ -34,16 +33,12 @@ cpp() {
     else
         cmake --build $folder
         ctest --test-dir $folder --output-on-failure -LE long --parallel "$(nproc)" || failed=1
-        mapfile -t tests < <(cd $folder/tests && find . -maxdepth 1 -type f -executable)
+        mapfile -t tests < <(cd $folder/tests && find . -maxdepth 1 -name "test_*" -executable)
     fi
     llvm-profdata-16 merge --sparse $folder/profiles/*.profraw -o $folder/all.profdata
-    local about=(--instr-profile=$folder/all.profdata "${tests[@]/#/--object=$folder/tests/}"
-        include/filippov)
     mkdir -p $folder/cpp
-    llvm-cov-16 report --show-branch-summary "${about[@]}" >$folder/cpp/files.txt
-    llvm-cov-16 show --format=html --output-dir=$folder/cpp --show-branches=count \
-        --show-instantiations=false "${about[@]}"
-    tail -n 1 $folder/cpp/files.txt
+    python3 scripts/merge_coverage.py $folder/all.profdata $folder/cpp \
+        "${tests[@]/#/$folder/tests/}"
 }
 
 python() {
