@@ -284,6 +284,23 @@ TEMPLATE_TEST_CASE("H30: a jump that leads nowhere is refused with its reason", 
     CHECK(r.result.t == 0);
 }
 
+TEMPLATE_TEST_CASE("H30: a jump is not undone backwards in time", "[hard]", DormandPrince5,
+                   DormandPrince8) {
+    // nobody knows which speed before became this one after: x = 1 + t - t^2 was thrown at the
+    // negative root, at whatever speed
+    for (const NonUnique policy : {NonUnique::stop, NonUnique::below, NonUnique::stay}) {
+        auto settings = bounded<2>(1e-9);
+        settings.on_nonunique = policy;
+        Nothing nothing;
+        const auto r =
+            flow<TestType>(HighFloor{}, Vec<double, 0>(), V2(1, 1), 0.0, -3.0, settings, nothing);
+        CHECK(r.status == Status::ambiguous);
+        CHECK(r.message().find("not undone backwards in time") != std::string::npos);
+        CHECK(r.t == Approx((1 - std::sqrt(5.0)) / 2).epsilon(1e-9));
+        CHECK(std::abs(r.x[0]) < 1e-12);
+    }
+}
+
 TEMPLATE_TEST_CASE("H31: contact with zero normal speed rests, without small bounces", "[hard]",
                    DormandPrince5, DormandPrince8) {
     for (const double v : {0.0, 1e-18, -1e-18}) {
