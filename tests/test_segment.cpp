@@ -2,6 +2,7 @@
 // The lower layer: one forced mode to a target, without judgement; and the observers.
 
 #include "catch.hpp"
+#include "slow_belt.hpp"
 
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/oscillator.hpp>
@@ -197,4 +198,20 @@ TEST_CASE("observers: one that asks to stop is obeyed, with everything so far", 
     CHECK(r.status == Status::interrupted);
     CHECK(r.t > 0.0);
     CHECK(r.t < 1e5);
+}
+
+TEST_CASE("flow: the first slip of a run that begins in a slide needs no absolute tolerance",
+          "[segment]") {
+    // the block rests, at speed 0 exactly, and starts: its first step is judged by its end
+    const auto from_rest = [](double atol) {
+        Settings<double, 2> settings{.rtol = 1e-8};
+        settings.atol = AbsoluteTolerance<double, 2>(atol);
+        const Vec<double, 2> p(0, 2), x(0.1, 0);
+        Nothing nothing;
+        return flow<DormandPrince8>(SlowBelt{}, p, x, 6.732, 14, settings, nothing);
+    };
+    const auto strict = from_rest(0), usual = from_rest(1e-9);
+    REQUIRE(strict.status == Status::ok);
+    CHECK(strict.counters.rejected <= usual.counters.rejected + 12);
+    CHECK((strict.x - usual.x).norm() < 1e-7);
 }

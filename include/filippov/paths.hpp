@@ -55,14 +55,20 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
         build();
         return on_surface(polynomial(theta), S(at.clock.local + theta * dt));
     }
-    /// What the middle of the step lacks of solving the equation, in units of the tolerance. The
-    /// field is called where no stage was, so that no chance hides an error from this.
+    /// What the middle of the step lacks of solving the equation, in units of the tolerance (that
+    /// of its larger end). The field is called where no stage was, so that no chance hides an
+    /// error from this.
     FILIPPOV_COLD S defect() {
         build();
         const S half(0.5);
         const X field = at.field(S(at.clock.local + half * dt), polynomial(half));
         ++counters.field;
-        return at.norm(X(dt * field - polynomial.slope(half)));
+        const X lacks = dt * field - polynomial.slope(half), unit = at.scale_of_step(x1, dt);
+        S sum(0);
+        for (int i = 0; i < N; ++i)
+            sum += lacks[i] / unit[i] * (lacks[i] / unit[i]);
+        using std::sqrt;
+        return sqrt(sum / S(N));
     }
     /// Leaves what is needed to evaluate this step later.
     template <class Piece> void store(Piece& piece) {

@@ -85,7 +85,7 @@ public:
         if (slid && mode.sliding() == 0 && dt_before_slide_ != S(0) &&
             abs_(dt_before_slide_) < abs_(dt_))
             dt_ = dt_before_slide_;
-        unproven_ = slid && mode.sliding() == 0 && dt_before_slide_ == S(0);
+        checks_ = slid && mode.sliding() == 0 && dt_before_slide_ == S(0) ? most_checks : 0;
     }
 
     /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.
@@ -456,8 +456,9 @@ private:
     /// error estimates are small by chance; half of it is tried next. (Of 6000 such steps of
     /// random problems none had a defect above 220 tolerances; the one that erred had 40,000.)
     template <class Path> FILIPPOV_COLD bool is_lucky(Path& path) {
-        if (path.defect() <= S(1e3) || !(abs_(path.dt) > S(64) * place_.resolution())) {
-            unproven_ = false;
+        --checks_;
+        if (path.defect() <= S(1e3)) {
+            checks_ = 0;
             return false;
         }
         ++counters_.rejected;
@@ -502,7 +503,7 @@ private:
             if ((Rhs::slides || unjudged) && !fixed && spans_swings(path))
                 continue;
             if constexpr (!Rhs::slides && Stepper::probes_stages)
-                if (unproven_ && !fixed && is_lucky(path))
+                if (checks_ > 0 && !fixed && is_lucky(path))
                     continue;
             if constexpr (Rhs::slides)
                 if (const int lost = hold_end(path, beside); lost >= 0) {
@@ -590,8 +591,11 @@ private:
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
     bool have_k0_ = false;
-    bool forced_ = false;      ///< nobody judges: the mode is followed wherever it leads
-    bool unproven_ = false;    ///< the run began in a slide, whose steps tell nothing of this slip
+    bool forced_ = false; ///< nobody judges: the mode is followed wherever it leads
+    /// How many trials are checked by their defect: those of the first slip of a run that began in
+    /// a slide, whose steps tell nothing of it. (A field with noise may never pass.)
+    int checks_ = 0;
+    static constexpr int most_checks = 8;
     bool swings_seen_ = false; ///< of h, in a step of which no error estimate told anything
     Stepper rk_;
     StepControl<Tableau> control_;
