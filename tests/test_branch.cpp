@@ -159,6 +159,27 @@ struct Lead {
     }
 };
 
+/// Van der Pol's, slower by a tenth above y = -0.6: its cycle explodes where a is just below 1.
+struct Canard {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"a"};
+    static constexpr std::array<double, 1> defaults{0.992};
+    template <Scalar S> static State<Canard, S> field(const State<Canard, S>& x, const S& a, S g) {
+        return {(x[1] - x[0] * x[0] * x[0] / S(3) + x[0]) / S(0.05), g * (a - x[0])};
+    }
+    template <Scalar S>
+    State<Canard, S> f1(const S&, const State<Canard, S>& x, const Params<Canard, S>& p) const {
+        return field(x, p[0], S(1));
+    }
+    template <Scalar S>
+    State<Canard, S> f2(const S&, const State<Canard, S>& x, const Params<Canard, S>& p) const {
+        return field(x, p[0], S(0.9));
+    }
+    template <Scalar S> S h(const S&, const State<Canard, S>& x, const Params<Canard, S>&) const {
+        return x[1] + S(0.6);
+    }
+};
+
 /// x'' = -x - 0.1 x' + A cos 0.6 t - sign(x' - 1) / (1 + |x' - 1|).
 struct Weakening {
     static constexpr int dim = 2;
@@ -1048,6 +1069,19 @@ TEST_CASE("branch: an orbit that comes to an equilibrium ends with its period", 
         CHECK((last.p[1] - fold) * last.period * last.period ==
               Approx((other.p[1] - fold) * other.period * other.period).epsilon(0.05));
     }
+}
+
+TEST_CASE(
+    "branch: where nodes stand still, and nothing waits, the period does not grow without bound",
+    "[branch]") {
+    const auto system = any_system(Canard{});
+    Vector x(2);
+    x << 2, 0;
+    const Orbit orbit = settle(*system, system->defaults(), x);
+    REQUIRE(orbit.status == Status::ok);
+    const Branch branch = BranchTracer(*system, 0, 0.8, 1.1).trace(orbit.cycle);
+    for (const std::string& end : {branch.begin, branch.end})
+        CHECK(end.find("period") == std::string::npos);
 }
 
 TEST_CASE("branch: a touch soon after a crossing is seen late, but it is seen", "[branch]") {

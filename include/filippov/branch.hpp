@@ -187,7 +187,7 @@ private:
             if (end != StepEnd::retry)
                 return end == StepEnd::goes_on;
         }
-        if (trouble == detail::no_convergence && has_shrunk(here))
+        if (trouble == detail::no_convergence && has_shrunk(branch))
             trouble = to_a_point;
         if (trouble != shrunk && trouble != to_a_point)
             branch.status = Status::not_converged;
@@ -329,19 +329,56 @@ private:
         return now.norm() <= 1e-4 * here.curve.scale().head(now.size()).norm() ||
                now.dot(length(here.cycle())) <= 0;
     }
-    /// True if next to nothing is left of the period of an orbit that no forcing keeps: its events,
-    /// as the switchings of a relay, have come together.
-    bool has_shrunk(const Place& here) const {
-        const Shooting& shooting = *here.shooting;
-        return !line_.system.forced() &&
-               shooting.period_in(here.z) < 0.02 * shooting.period_in(here.curve.scale());
+    /// True if next to nothing is left of an orbit that no forcing keeps, of its period and between
+    /// its nodes: its events, as the switchings of a relay, have come together.
+    bool has_shrunk(const Branch& branch) const {
+        if (line_.system.forced() || branch.points.empty())
+            return false;
+        const auto spread = [](const Cycle& c) {
+            Vector low = c.x[0], high = c.x[0];
+            for (const Vector& x : c.x) {
+                low = low.cwiseMin(x);
+                high = high.cwiseMax(x);
+            }
+            return Vector(high - low);
+        };
+        double longest = 0;
+        Vector largest = Vector::Zero(line_.system.dim());
+        for (const BranchPoint& point : branch.points) {
+            longest = std::max(longest, point.cycle.period);
+            largest = largest.cwiseMax(spread(point.cycle));
+        }
+        const Cycle& last = branch.points.back().cycle;
+        return last.period < 0.05 * longest &&
+               (spread(last).array() <= 0.05 * largest.array()).all();
     }
     /// True if nothing but the period grows along the branch: the orbit waits ever longer at an
     /// equilibrium, sliding or not, and the parameter has come to where it stays there (a
     /// homoclinic orbit, or a fold of equilibria on it).
     bool lasts_for_ever(const Place& here) const {
         return !line_.system.forced() && here.shooting->period_in(here.t) > 0 &&
-               here.shooting->without_times(here.t).norm() <= 1e-6;
+               here.shooting->without_times(here.t).norm() <= 1e-6 && waits(here);
+    }
+    /// True if the orbit comes to a point where it would not get anywhere in a period: else it is
+    /// only the nodes that stand still, as in a canard explosion.
+    bool waits(const Place& here) const {
+        const Cycle c = here.cycle();
+        std::size_t longest = 0;
+        for (std::size_t i = 1; i < c.size(); ++i)
+            if (c.duration(i) > c.duration(longest))
+                longest = i;
+        const int mode = c.word[longest].mode;
+        const Vector size = here.curve.scale().head(line_.system.dim());
+        for (int k = 1; k < 32; ++k) {
+            const double t = c.t[longest] + k / 32.0 * c.duration(longest);
+            const Jet arc = line_.system.arc(mode, c.t[longest], c.x[longest], t, c.p, {});
+            if (arc.status != Status::ok)
+                return false;
+            const Vector moved = c.period * line_.system.field(mode, t, arc.value, c.p);
+            if (moved.cwiseQuotient(size).norm() <= 0.02)
+                return true;
+        }
+        return false;
     }
     /// True if the period is twice that in which steps are measured.
     bool is_longer(const Place& here) const {
@@ -437,9 +474,8 @@ private:
         const bool together = detail::keep_first(line_, conditions, special, to - from);
         if ((!together && !born) || !detail::alone(line_.system, conditions[0]))
             return StepEnd::retry;
-        if (!within(line_.value(special[0].cycle), from, to))
-            branch.points.resize(
-                last_before(branch, before.word, line_.value(special[0].cycle), to - from));
+        if (const double value = line_.value(special[0].cycle); !within(value, from, to))
+            take_back(branch, last_before(branch, before.word, value, to - from));
         auto next = !born                    ? detail::parent(line_, conditions[0])
                     : conditions.size() == 1 ? detail::child(line_, conditions[0])
                                              : detail::children(line_, conditions);
@@ -453,15 +489,27 @@ private:
         return change_word(here, std::move(next), born, special, branch);
     }
     /// How many points there are up to the last of this word before a bifurcation, if those behind
-    /// it are of this word, too; 0: none. (A touch that is barely crossed, soon after the segment
-    /// has begun, is seen late.)
+    /// it are a few of this word, too; 0: none. (A touch that is barely crossed, soon after the
+    /// segment has begun, is seen late.)
     std::size_t last_before(const Branch& branch, const Word& word, double bifurcation,
                             double direction) const {
         std::size_t n = branch.points.size();
         while (n > 0 && branch.points[n - 1].cycle.word == word &&
                (line_.value(branch.points[n - 1].cycle) - bifurcation) * direction > 0)
             --n;
-        return n > 0 && n < branch.points.size() && branch.points[n - 1].cycle.word == word ? n : 0;
+        const bool few = n < branch.points.size() && branch.points.size() - n <= 20;
+        return few && n > 0 && branch.points[n - 1].cycle.word == word ? n : 0;
+    }
+    /// Keeps the first n points, and the bifurcations up to there.
+    void take_back(Branch& branch, std::size_t n) const {
+        const auto is_between = [&](const SpecialPoint& s) {
+            const double value = line_.value(s.cycle), a = line_.value(branch.points[n - 1].cycle),
+                         b = line_.value(branch.points.back().cycle);
+            return (value - a) * (value - b) < 0;
+        };
+        while (!branch.special.empty() && is_between(branch.special.back()))
+            branch.special.pop_back();
+        branch.points.resize(n);
     }
     /// True if a bifurcation of this parameter can be one of the step.
     bool within(double value, double from, double to) const {
