@@ -447,4 +447,9 @@ TEST_CASE("curve: a slide that begins on its boundary and vanishes there", "[cur
     REQUIRE(back.end == "degenerate crossing-sliding");
     for (const int k : {0, 1})
         CHECK(back.points.back().cycle.p[k] == Approx(point.cycle.p[k]).epsilon(1e-10));
+    // also where its first step from the start leads beyond
+    start.condition.cycle = back.points[back.points.size() - 2].cycle;
+    const Curve near = tracer.trace(start);
+    REQUIRE(near.end == "degenerate crossing-sliding");
+    CHECK(near.points.back().cycle.p[0] == Approx(point.cycle.p[0]).epsilon(1e-10));
 }

@@ -107,11 +107,13 @@ private:
             return StepEnd::retry;
         const double before = detail::second_order_test(here, here.z),
                      after = detail::second_order_test(here, to.z);
-        if (curve.points.size() == 1 && detail::is_beyond_degenerate(here, after)) {
+        const bool from_degenerate =
+            curve.points.size() == 1 && std::abs(before) < 1e-6 * std::abs(after);
+        if (from_degenerate && detail::is_beyond_degenerate(here, after)) {
             curve.end = at_codimension_two;
             return StepEnd::ended;
         }
-        if (curve.points.size() > 1 && before * after < 0 &&
+        if (!from_degenerate && before * after < 0 &&
             detail::second_order_point(plane_.system, here, to.length, before, after, curve))
             return StepEnd::ended;
         const std::vector<Test> failed = detail::failures(plane_.system, here, to.z, 1e-11);

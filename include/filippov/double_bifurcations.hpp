@@ -125,7 +125,7 @@ inline bool ends_at_crossing(const CurvePlane& plane, const CurvePlace& here, Ha
     there->t = there->curve->tangent(J, there->t);
     const auto test = [&](const Vector& z, const Matrix&) { return second_order_test(*there, z); };
     const Located at = zero_near(*there->curve, there->z, there->t, test, test(there->z, J), curve);
-    if (!at.ok())
+    if (!at.ok() || !leads_on(*there, at.z))
         return false;
     for (std::size_t k = 0; k < 2; ++k)
         if (!(std::abs(there->parameter(at.z, k) - here.parameter(k)) < 1e-2 * plane.box.width(k)))
@@ -205,7 +205,7 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
     }
     if (touch_meets_end(here, cause)) {
         curve.points.push_back(point_of(system, here, at.z));
-        for (auto& multiplier : curve.points.back().multipliers) // 0/0 where the entry is tangent
+        for (auto& multiplier : curve.points.back().multipliers) // 0/0 where the end is tangent
             multiplier = std::numeric_limits<double>::quiet_NaN();
         curve.end = "the touch reaches an end of its slide";
         return StepEnd::ended;
