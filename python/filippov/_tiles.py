@@ -86,7 +86,6 @@ class Store:
                     chunks=(max(1, min(self.tiling.rows, len(values))), *values.shape[1:]),
                     dtype=values.dtype,
                     fill_value=values.flat[0] if values.size else 0,
-                    config={"write_empty_chunks": True},  # or the bits of a NaN are lost
                     dimension_names=stage.dims.get(name),
                 )
         if self._done(stage) not in self.group:
@@ -115,13 +114,19 @@ class Store:
 
     def write(self, stage: Stage, k: int, arrays: Arrays, numbers: list[int]) -> None:
         """Write a tile, and then that it is complete: each file is written as a whole."""
-        for name in stage.outputs:
-            self.group[name][self.tiling.slice(k)] = arrays[name]
+        import zarr
+
+        # a chunk that is not written is read as the fill value, which may be another NaN
+        with zarr.config.set({"array.write_empty_chunks": True}):
+            for name in stage.outputs:
+                self.group[name][self.tiling.slice(k)] = arrays[name]
         self.group[self._done(stage)][k] = [1, _checksum(arrays, numbers), *numbers]
 
     def _read(self, name: str, rows: slice) -> NDArray[Any]:
         try:
             return np.asarray(self.group[name][rows])
+        except (OSError, MemoryError):
+            raise
         except Exception as error:
             self._refuse(f"{name!r} cannot be read ({error})")
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import filippov as fp
+from filippov._tiles import Stage, open_store, run_stage
 
 BLOCK = fp.models.oscillator.with_params(A=3.6, omega=1.067)
 GRID = {"y": (-4, 4, 24), "v": (-3, 4, 25)}
@@ -239,6 +240,18 @@ def test_a_store_whose_sums_were_changed_is_no_result(tmp_path):
     group[name][1, -1] += 1
     with pytest.raises(ValueError, match=r"tile 1 of .* is not as it was written"):
         cell_map(store=store, tile=60)
+
+
+def test_a_tile_of_nothing_but_another_nan_is_kept(tmp_path):
+    of_x86 = np.full(4, 0xFFF8000000000000, dtype=np.uint64).view(float)  # 0/0 there
+    _, tiling = open_store(tmp_path / "run.zarr", "test", dict, 4, 1, 4)
+    for _ in range(2):
+        store, _ = open_store(tmp_path / "run.zarr", "test", dict, 4, 1, 4)
+        outputs = {"a": np.full(4, np.nan)}
+        stage = Stage("only", lambda *_: {"a": of_x86.copy()}, outputs)
+        arrays, _, raised = run_stage(stage, tiling, store, None)
+        assert raised is None
+        np.testing.assert_array_equal(arrays["a"].view(np.uint64), of_x86.view(np.uint64))
 
 
 @pytest.mark.parametrize("kind", CALLS)
