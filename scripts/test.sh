@@ -40,7 +40,7 @@ wheel=$(echo build/wheel/*.whl)
 "${pip[@]}" --force-reinstall --no-deps "$wheel" # the version does not tell it from one before
 
 step "its wheel in an empty environment"
-scripts/try_wheel.sh "$wheel"
+scripts/try_wheel.sh "$wheel" .venv/bin/python
 
 step "format and types"
 scripts/format.sh --check
