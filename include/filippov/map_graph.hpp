@@ -151,7 +151,7 @@ private:
     MapSample sample(int boundary, double phase) {
         ++graph_.evaluations;
         MapSample s{{boundary, phase}, (*map_)({boundary, phase}, graph_.iterate)};
-        const auto modes = (long long)(s.image.word.size());
+        const auto modes = static_cast<long long>(s.image.word.size());
         spent_ += std::max(1LL, modes / (ordinary * graph_.iterate));
         if (s.image.status == Status::interrupted)
             fail(Status::interrupted, std::string(message(Status::interrupted)));
