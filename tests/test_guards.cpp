@@ -49,26 +49,26 @@ TEMPLATE_TEST_CASE("guards: a parabola that dips to zero is never overlooked", "
     for (double at = 1e-3; at < 1; at += 1e-3) {
         CAPTURE(at);
         const auto touch = [at](double u) { return (u - at) * (u - at); };
-        REQUIRE(track<TestType>(touch).template doubtful<TestType>(false));
+        REQUIRE(track<TestType>(touch).template doubtful<TestType>());
         const auto root = [at](double u) { return (at - u) * (1 + 0.5 * u); };
-        REQUIRE(track<TestType>(root).template doubtful<TestType>(false));
+        REQUIRE(track<TestType>(root).template doubtful<TestType>());
     }
     // far from zero, or leaving it all the way, there is no doubt
-    const auto high = [](double u) { return 1 + 0.3 * std::sin(6 * u); };
-    CHECK_FALSE(track<TestType>(high).template doubtful<TestType>(false));
+    const auto high = [](double u) { return 1 + 0.1 * std::sin(6 * u); };
+    CHECK_FALSE(track<TestType>(high).template doubtful<TestType>());
     const auto leaving = [](double u) { return 0.1 + u; };
-    CHECK_FALSE(track<TestType>(leaving).template doubtful<TestType>(false));
+    CHECK_FALSE(track<TestType>(leaving).template doubtful<TestType>());
     // a start on a root that is divided out: 3 u + u^2 leaves, u (0.5 - u) comes back
     auto away = track<TestType>([](double u) { return 3 * u + u * u; });
     away.order = 1;
-    CHECK_FALSE(away.template doubtful<TestType>(false));
+    CHECK_FALSE(away.template doubtful<TestType>());
     auto back = track<TestType>([](double u) { return u * (0.5 - u); });
     back.order = 1;
-    CHECK(back.template doubtful<TestType>(false));
+    CHECK(back.template doubtful<TestType>());
     // a side that is not known yet
     auto unknown = track<TestType>(high);
     unknown.sense = 0;
-    CHECK(unknown.template doubtful<TestType>(false));
+    CHECK(unknown.template doubtful<TestType>());
 }
 
 TEMPLATE_TEST_CASE("guards, in lanes: a fall goes down from probe to probe, and not from a root",
@@ -134,15 +134,117 @@ TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guar
     CHECK(root.falls_through<Sixths>() == 0);
 }
 
-TEMPLATE_TEST_CASE("guards: swings count where they could reach zero", "[guards]",
-                   Stages<DormandPrince5>, Stages<DormandPrince8>) {
-    const auto wave = [](double mean) {
-        return [mean](double u) { return mean + std::cos(6 * std::numbers::pi * u); };
+using Samples = SampleTimes<double>;
+
+TEST_CASE("guards: samples lie nowhere farther apart than a sixteenth of the step", "[guards]") {
+    double before = 0, widest = 0, narrowest = 1;
+    for (std::size_t k = 1; k <= Samples::n; ++k) {
+        widest = std::max(widest, Samples::theta(k) - before);
+        narrowest = std::min(narrowest, Samples::theta(k) - before);
+        before = Samples::theta(k);
+    }
+    CHECK(before == 1);
+    CHECK(widest <= 1.0 / 16);
+    CHECK(narrowest > 0);
+    // no frequency up to a thousand in a step looks like another, slow one
+    for (double cycles = 12; cycles < 1000; cycles += 0.037) {
+        double cosine = 0, sine = 0;
+        for (std::size_t k = 1; k < Samples::n; ++k) {
+            cosine += std::cos(2 * std::numbers::pi * cycles * Samples::theta(k));
+            sine += std::sin(2 * std::numbers::pi * cycles * Samples::theta(k));
+        }
+        REQUIRE(std::hypot(cosine, sine) < 0.55 * (Samples::n - 1));
+    }
+}
+
+namespace {
+
+template <class Times, class F> Fit<double> fit(F f) {
+    const Track t = track<Times>(f);
+    return fit_of<Times>(t.start, [&](std::size_t k) { return t.probe[k]; }, 0.0);
+}
+
+} // namespace
+
+TEMPLATE_TEST_CASE("guards: a fit tells a cubic from what is none", "[guards]",
+                   Stages<DormandPrince5>, Stages<DormandPrince8>, Sixths) {
+    const auto cubic = fit<TestType>([](double u) { return 1 - u + 3 * u * u - 2 * u * u * u; });
+    CHECK(cubic.off < 1e-14);
+    CHECK(cubic.floor == Approx(2.0 / 3)); // its Bernstein coefficients are 1, 2/3, 4/3, 1
+    CHECK(cubic.clear());
+    CHECK(cubic.resolved());
+    for (const double swings : {1.0, 3.0, 10.0, 77.0, 1000.0}) {
+        CAPTURE(swings);
+        const auto wave = [swings](double mean) {
+            return fit<TestType>(
+                [=](double u) { return mean + std::cos(2 * std::numbers::pi * swings * u); });
+        };
+        CHECK_FALSE(wave(0.8).clear());
+        CHECK_FALSE(wave(0.8).resolved());
+        CHECK(wave(0.8).room() < 1);
+        CHECK(wave(100.0).clear());
+    }
+    const auto broken = fit<TestType>([](double u) { return u < 0.1 ? 1 : std::nan(""); });
+    CHECK_FALSE(broken.clear());
+    CHECK_FALSE(broken.resolved());
+    CHECK(broken.room() < 1);
+}
+
+TEST_CASE("guards: the room of a fit is where a wave is a twentieth of its spread off", "[guards]") {
+    for (const double cycles : {0.05, 0.1, 0.2, 0.4}) {
+        const auto wave = [](double span) {
+            return fit<Samples>(
+                [=](double u) { return 0.5 + std::cos(2 * std::numbers::pi * span * u); });
+        };
+        const double room = wave(cycles).room();
+        CHECK(room > 1);
+        const auto longer = wave(cycles * room);
+        CHECK((longer.clear() || longer.off < 0.2 * longer.spread));
+    }
+}
+
+TEMPLATE_TEST_CASE("guards, in lanes: a fit is that of one guard", "[guards]",
+                   Stages<DormandPrince5>, Stages<DormandPrince8>, Samples) {
+    for (const double swings : {0.0, 0.4, 1.0, 1.7, 3.0, 60.0}) {
+        const auto f = [swings](double u) { return 1.5 + std::cos(swings * std::numbers::pi * u); };
+        const Fit<double> one = fit<TestType>(f);
+        std::array<Lanes<4>, TestType::n + 1> v;
+        v[0] = f(0.0);
+        for (std::size_t k = 1; k <= TestType::n; ++k) {
+            v[k] = f(TestType::theta(k));
+            v[k].set(1, std::nan(""));
+        }
+        const lanes::Fit<4> all = lanes::fit_of<TestType>(v);
+        CHECK(all.off[0] == Approx(one.off).margin(1e-13));
+        CHECK(all.floor[2] == Approx(one.floor).epsilon(1e-12));
+        CHECK(all.spread[3] == one.spread);
+        CHECK((all.clear().word() & 1u) == unsigned(one.clear()));
+        CHECK((all.clear().word() & 2u) == 0u);
+        CHECK((all.resolved().word() & 2u) == 0u);
+    }
+}
+
+TEST_CASE("guards, in lanes: samples show a root, nothing, or that they show too little",
+          "[guards]") {
+    const auto look = [](auto f) {
+        std::array<Lanes<4>, Samples::n + 1> v;
+        for (std::size_t k = 0; k <= Samples::n; ++k)
+            v[k] = f(Samples::theta(k));
+        return lanes::look_at_samples<Samples>(v);
     };
-    CHECK(track<TestType>(wave(1.0)).template swings<TestType>(1e-9));
-    CHECK_FALSE(track<TestType>(wave(9.0)).template swings<TestType>(1e-9));
-    CHECK_FALSE(track<TestType>(wave(1.0)).template swings<TestType>(3.0)); // within the band
-    CHECK_FALSE(track<TestType>([](double u) { return 1 - u; }).template swings<TestType>(1e-9));
+    const auto falls = look([](double u) { return 0.41 - u * u; });
+    CHECK(falls.found.word() == 0b1111u);
+    CHECK(falls.hard.word() == 0u);
+    CHECK(falls.low[0] * falls.low[0] < 0.41);
+    CHECK(falls.high[0] * falls.high[0] > 0.41);
+    const auto passes = look([](double u) { return 0.5 + u - u * u; });
+    CHECK(passes.found.word() == 0u);
+    CHECK(passes.hard.word() == 0u);
+    for (const double at : {0.05, 0.3, 0.51, 0.97}) // a dip that no sample need show
+        CHECK(look([at](double u) { return (u - at) * (u - at) - 1e-5; }).hard.word() == 0b1111u);
+    CHECK(look([](double u) { return 0.5 + std::cos(20 * u); }).hard.word() == 0b1111u);
+    CHECK(look([](double u) { return 0.9 + std::cos(2000 * u); }).hard.word() == 0b1111u);
+    CHECK(look([](double) { return std::nan(""); }).hard.word() == 0b1111u);
 }
 
 TEMPLATE_TEST_CASE("guards: the next zero of a parabola is exact", "[guards]",

@@ -41,7 +41,8 @@ template <class Tableau, class S> struct StageTimes {
     }();
 };
 
-/// Where in a window of a slide in closed form guards are probed.
+/// Where in a window of a slide in closed form guards are probed, if the system says how soon s may
+/// turn.
 template <class S> struct WindowTimes {
     static constexpr bool equidistant = true;
     static constexpr std::size_t n = 6;
@@ -54,6 +55,102 @@ template <class S> struct WindowTimes {
 template <class Tableau, class S, int N>
 using StepTimes = std::conditional_t<Tableau::template Stepper<S, N>::probes_stages,
                                      StageTimes<Tableau, S>, WindowTimes<S>>;
+
+/// Where on the path of a step a guard is sampled that keeps a pace of its own. The places are
+/// nowhere farther apart than a sixteenth of the step, and keep no beat: cubic residues shift them,
+/// so that no wave of up to a thousand cycles in the step looks like a slow one there.
+template <class S> struct SampleTimes {
+    static constexpr bool equidistant = false;
+    static constexpr std::size_t n = 25; ///< samples are numbered 1 to n, the last one at the end
+    static constexpr S theta(std::size_t k) { return times[k]; }
+    static constexpr auto in_time = [] {
+        std::array<std::size_t, n> order{};
+        std::iota(order.begin(), order.end(), std::size_t(1));
+        return order;
+    }();
+
+private:
+    static constexpr std::array<S, n + 1> times = [] {
+        std::array<S, n + 1> t{};
+        for (std::size_t k = 1; k < n; ++k) {
+            const long double shift = static_cast<long double>(2 * k * k * k % 43) / 43;
+            t[k] = static_cast<S>((static_cast<long double>(k) - 0.25L + 0.5L * (shift - 0.5L)) /
+                                  static_cast<long double>(n - 1));
+        }
+        t[n] = S(1);
+        return t;
+    }();
+};
+
+/// What the cubic through four values of a guard on a step says of the others.
+template <class S> struct Fit {
+    S off = S(0);    ///< how far they are off it, at most
+    S floor = S(0);  ///< the least Bernstein coefficient: the cubic lies above it
+    S spread = S(0); ///< of all values
+
+    /// True if the guard keeps away from zero: by far more than it is off its cubic, and by what
+    /// is no rounding of its values.
+    bool clear() const { return floor > S(8) * off + S(1e-6) * spread; }
+    /// True if the cubic is as good as the guard.
+    bool resolved() const { return off <= S(0.02) * spread; }
+    /// By how much a step may be longer until the guard is a twentieth of its spread off a cubic,
+    /// or no longer clear of zero; the former grows with the third power of the length, the latter
+    /// with the fourth.
+    S room() const {
+        using std::cbrt;
+        using std::sqrt;
+        if (!(off > S(0)))
+            return off == S(0) ? std::numeric_limits<S>::infinity() : S(0);
+        const S within = cbrt(S(0.05) * spread / off);
+        return clear() ? std::max(within, S(sqrt(sqrt(floor / (S(8) * off))))) : within;
+    }
+};
+
+/// The number of the probe that is nearest to a place in the step, but for its end.
+template <class Times> constexpr std::size_t nearest_to(double place) {
+    std::size_t best = 1;
+    for (std::size_t k = 2; k < Times::n; ++k) {
+        const double d = static_cast<double>(Times::theta(k)) - place,
+                     e = static_cast<double>(Times::theta(best)) - place;
+        if ((d < 0 ? -d : d) < (e < 0 ? -e : e))
+            best = k;
+    }
+    return best;
+}
+
+/// The fit of values v(k) at theta(k), k = 1 to n, the last one at 1, and `start` at 0. Nodes are
+/// the ends and the places nearest to a third and two thirds.
+/// @param noise  by which values may be off for no reason
+template <class Times, class S, class Value>
+FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
+    using std::abs;
+    constexpr std::size_t a = nearest_to<Times>(1.0 / 3), b = nearest_to<Times>(2.0 / 3),
+                          n = Times::n;
+    constexpr S ta = Times::theta(a), tb = Times::theta(b);
+    // divided differences at 0, ta, tb, 1
+    const S f1 = (v(a) - start) / ta, f2 = (v(b) - v(a)) / (tb - ta), f3 = (v(n) - v(b)) / (S(1) - tb);
+    const S g1 = (f2 - f1) / tb, g2 = (f3 - f2) / (S(1) - ta), third = g2 - g1;
+    Fit<S> fit;
+    S low = start, high = start;
+    for (std::size_t k = 1; k <= n; ++k) {
+        const S u = Times::theta(k), value = v(k);
+        low = std::min(low, value);
+        high = std::max(high, value);
+        if (k == n || u == S(1))
+            continue; // an earlier, cruder stage at the end
+        const S cubic = start + u * (f1 + (u - ta) * (g1 + (u - tb) * third));
+        // (a NaN stays)
+        const S off = abs(value - cubic);
+        fit.off = off > fit.off || !(off == off) ? off : fit.off;
+    }
+    fit.off = fit.off > noise || !(fit.off == fit.off) ? fit.off : S(0);
+    fit.spread = high - low;
+    const S c1 = f1 - ta * g1 + ta * tb * third, c2 = g1 - (ta + tb) * third;
+    fit.floor = std::min({start, S(start + c1 / S(3)), S(start + (S(2) * c1 + c2) / S(3)), v(n)});
+    if (!(fit.floor == fit.floor))
+        fit.floor = -std::numeric_limits<S>::infinity();
+    return fit;
+}
 
 template <class S> struct Range {
     S low = std::numeric_limits<S>::infinity(), high = -std::numeric_limits<S>::infinity();
@@ -74,6 +171,11 @@ template <class S, std::size_t Capacity> struct Trace {
     bool watched = true;
     bool descended = false; ///< into its touch band in an earlier step, and has not left it yet
     std::array<S, Capacity> probe{}; ///< probe[k]: value at Times::theta(k)
+    /// sample[k]: value on the path at SampleTimes::theta(k), of a guard with a pace of its own
+    std::array<S, SampleTimes<S>::n + 1> sample{};
+    Fit<S> fit{};          ///< of probes or samples of the step, of such a guard
+    bool sampled = false;  ///< in this step
+    bool own_pace = false; ///< in this step no error estimate of the field resolves it
 
     void start_at(const S& value, int root_order = 0) {
         start = value;
@@ -119,25 +221,16 @@ template <class S, std::size_t Capacity> struct Trace {
     /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
     /// spread of the probes at most, and 0.01 if they rise or fall all the way; between equidistant
     /// probes an eighth of the largest second difference, which is doubled here, since they may not
-    /// show it.
-    /// @param may_swing  nothing bounds the length of the step against the guard's swings
-    template <class Times> FILIPPOV_INLINE bool doubtful(bool may_swing) const {
+    /// show it, where they follow a cubic, else twice the spread.
+    template <class Times> FILIPPOV_INLINE bool doubtful() const {
         if (sense == S(0))
             return true;
         const Range<S> r = order > 0 ? divided_range<Times>() : range<Times>();
-        if (may_swing && !follows_cubic<Times>(r))
-            return !(r.low > S(2) * r.spread());
-        if (Times::equidistant && order == 0)
-            return !(r.low > S(0.25) * bend<Times>());
+        if (Times::equidistant)
+            return follows_cubic<Times>(r) ? !(r.low > S(0.25) * bend<Times>())
+                                           : !(r.low > S(2) * r.spread());
         return !(r.low > S(0.3) * r.spread()) &&
                !(r.low > S(0.03) * r.spread() && order == 0 && turns<Times>() == 0);
-    }
-
-    /// True if the probes turn within reach of zero. They may be those of a whole swing, of which
-    /// half is hidden.
-    template <class Times> FILIPPOV_COLD bool turns_near_zero() const {
-        const Range<S> r = range<Times>();
-        return !(r.low > S(2) * r.spread()) && turns<Times>() > 0;
     }
 
     /// How often the values turn from rising to falling or back.
@@ -155,31 +248,6 @@ template <class S, std::size_t Capacity> struct Trace {
             previous = probe[k];
         }
         return n;
-    }
-
-    /// How far values at Times::theta(k), k = 1 to n - 1, are off the parabola through the start,
-    /// one of them and the end, in units of their spread; 0 if that is no more than `noise`.
-    template <class Times, class Value>
-    FILIPPOV_COLD S off_parabola(const Value& value, const S& end, const S& noise) const {
-        using std::abs;
-        constexpr std::size_t m = Times::n * 2 / 3;
-        constexpr S theta = Times::theta(m);
-        const S chord = end - start;
-        const S bend = (value(m) - start - theta * chord) / (theta * (S(1) - theta));
-        S largest(0);
-        Range<S> r{std::min(start, end), std::max(start, end)};
-        for (std::size_t k = 1; k < Times::n; ++k) {
-            const S u = Times::theta(k), v = value(k);
-            largest = std::max(largest, S(abs(v - start - u * (chord + (S(1) - u) * bend))));
-            r.include(v);
-        }
-        return largest > noise ? largest / r.spread() : S(0);
-    }
-
-    /// True if the step shows more than one swing that could reach zero, wider than `band`.
-    template <class Times> bool swings(const S& band) const {
-        const Range<S> r = range<Times>();
-        return !(r.low > S(2) * r.spread()) && r.spread() > band && turns<Times>() > 1;
     }
 
     /// The first probe that is not positive, if those up to it plainly fall through zero (having

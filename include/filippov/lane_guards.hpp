@@ -190,6 +190,114 @@ Look<W> look_along(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& roote
     return r;
 }
 
+/// Where values between equidistant samples v are not what these say: farther off the chord than a
+/// quarter of what second differences, and how these change, allow. No frequency looks the same at
+/// all of the places.
+/// @param rooted  where v[0] does not count
+/// @param f       the guard at u
+template <std::size_t Size, int W, class F>
+LaneMask<W> hides_more(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& rooted, const F& f) {
+    using T = Lanes<W>;
+    constexpr std::size_t n = Size - 1;
+    T bend(0), change(0), previous(0), size(0);
+    for (std::size_t k = 1; k < n; ++k) {
+        const T difference = (v[k - 1] - v[k]) - (v[k] - v[k + 1]);
+        const LaneMask<W> counts = k == 1 ? ~rooted : LaneMask<W>(true);
+        bend = max(bend, select(counts, abs(difference), T(0)));
+        if (k > 1)
+            change = max(change, select(k == 2 ? ~rooted : counts, abs(difference - previous), T(0)));
+        previous = difference;
+        size = max(size, abs(v[k]));
+    }
+    const T allowed = fused(T(0.25), bend + change, T(64 * epsilon<double>) * size);
+    LaneMask<W> more(false);
+    for (std::size_t k = 0; k < n; ++k)
+        for (const double within : {0.29, 0.74}) {
+            const double shift = 0.1 * double((k * 7) % 5) / 5, u = (double(k) + within - shift) / n;
+            const T chord = fused(T(within - shift), v[k + 1] - v[k], v[k]);
+            const LaneMask<W> off = ~(abs(f(T(u)) - chord) <= allowed);
+            more = more | (off & (k == 0 ? ~rooted : LaneMask<W>(true)));
+        }
+    return more;
+}
+
+/// The cubic through four values of a guard on a step, and how far others are off it: see
+/// filippov::Fit.
+template <int W> struct Fit {
+    Lanes<W> off, floor, ceiling, spread;
+    Lanes<W> bend; ///< the largest second derivative of the cubic
+
+    LaneMask<W> clear() const {
+        return floor > fused(Lanes<W>(8), off, Lanes<W>(1e-6) * spread);
+    }
+    LaneMask<W> resolved() const { return off <= Lanes<W>(0.02) * spread; }
+    /// Where a longer step would not do: see filippov::Fit::room.
+    LaneMask<W> full() const {
+        using T = Lanes<W>;
+        return ~(T(0.05) * spread > off) & ~(floor > T(80) * off);
+    }
+};
+/// The fit of values v[k] at Times::theta(k), v[0] at the start: see filippov::fit_of.
+template <class Times, int W, std::size_t Size>
+FILIPPOV_INLINE Fit<W> fit_of(const std::array<Lanes<W>, Size>& v) {
+    using T = Lanes<W>;
+    constexpr std::size_t a = nearest_to<Times>(1.0 / 3), b = nearest_to<Times>(2.0 / 3),
+                          n = Times::n;
+    constexpr double ta = Times::theta(a), tb = Times::theta(b);
+    const T f1 = (v[a] - v[0]) * T(1 / ta), f2 = (v[b] - v[a]) * T(1 / (tb - ta)),
+            f3 = (v[n] - v[b]) * T(1 / (1 - tb));
+    const T g1 = (f2 - f1) * T(1 / tb), g2 = (f3 - f2) * T(1 / (1 - ta)), third = g2 - g1;
+    T low = v[0], high = v[0], off(0), sum(0);
+    for (std::size_t k = 1; k <= n; ++k) {
+        const double u = Times::theta(k);
+        low = min(low, v[k]);
+        high = max(high, v[k]);
+        sum += v[k];
+        if (k == n || u == 1.0)
+            continue; // an earlier, cruder stage at the end
+        const T inner = fused(T(u - tb), third, g1), cubic = fused(T(u), fused(T(u - ta), inner, f1), v[0]);
+        off = max(off, abs(v[k] - cubic));
+    }
+    const T spread = high - low, noise = T(64 * epsilon<double>) * (abs(v[0]) + spread);
+    const T c1 = f1 - T(ta) * g1 + T(ta * tb) * third, c2 = g1 - T(ta + tb) * third;
+    const T b1 = v[0] + c1 * T(1.0 / 3), b2 = v[0] + (T(2) * c1 + c2) * T(1.0 / 3);
+    Fit<W> fit;
+    // (a NaN is never clear, and nothing that it resolves)
+    fit.off = select(sum * T(0) == T(0), select(off > noise, off, T(0)), infinity<W>());
+    fit.floor = min(min(v[0], v[n]), min(b1, b2));
+    fit.ceiling = max(max(v[0], v[n]), max(b1, b2));
+    fit.spread = spread;
+    fit.bend = T(2) * max(abs(c2), abs(fused(T(3), third, c2)));
+    return fit;
+}
+
+/// Looks at samples of a guard that follow one cubic, v[0] at the start.
+///
+/// It is hard to say more where no cubic fits, or where samples come so close to zero before the
+/// first that is not positive that a dip may be hidden beside them: of what they are off the cubic,
+/// and of what that dips between two of them.
+template <class Times, int W, std::size_t Size>
+Look<W> look_at_samples(const std::array<Lanes<W>, Size>& v) {
+    using T = Lanes<W>;
+    constexpr double gap = 1.0 / 16; // the widest
+    const Fit<W> fit = fit_of<Times>(v);
+    const T close = fused(T(4), fit.off, T(gap * gap / 4) * fit.bend);
+    Look<W> r;
+    LaneMask<W> pending(false), falls(true);
+    for (std::size_t k = 0; k <= Times::n; ++k) {
+        const LaneMask<W> before = r.found;
+        r.take(k == 0 ? 0.0 : Times::theta(k), v[k], LaneMask<W>(true));
+        const LaneMask<W> just = r.found & ~before;
+        r.hard = r.hard | (pending & ~before & ~(just & falls));
+        pending = ~r.found & ~(v[k] > close);
+        falls = k == 0 ? LaneMask<W>(true) : v[k] < v[k - 1];
+    }
+    const LaneMask<W> none = fit.clear();
+    r.hard = ~none & (r.hard | ~fit.resolved() | (r.found & (r.high <= T(0))));
+    r.settle();
+    return r;
+}
+
 /// Looks at a margin at the probes of a window of a slide, m[0] at its start: see
 /// Trace::falls_through.
 template <int W> Look<W> look_in_window(const std::array<Lanes<W>, WindowTimes<double>::n + 1>& m) {

@@ -18,7 +18,10 @@ template <class Sys, int W> class Windows {
     using X = Vec<T, dim_v<Sys>>;
     using Q = typename Group::Q;
     using Look = lanes::Look<W>;
-    static constexpr std::size_t n_window = WindowTimes<double>::n;
+    /// The system says how soon s may turn.
+    static constexpr bool vouched = HasSlideSwing<Sys, T>;
+    using Times = std::conditional_t<vouched, WindowTimes<double>, SampleTimes<double>>;
+    static constexpr std::size_t n_window = Times::n;
 
 public:
     explicit Windows(Run<Sys>& run) : run_(run), sys_(run.sys) {}
@@ -28,7 +31,9 @@ public:
         const X x = g.x();
         const Q& p = g.p();
         const T t = g[time], limit = s_max(sys_, p);
-        const T half = half_period(g), longest = min(half, g[longest_step]);
+        T longest = g[longest_step];
+        if constexpr (vouched)
+            longest = min(longest, sys_.slide_swing(p));
         T dt = min(g[trial], longest);
         const Mask last = dt >= g[left];
         dt = select(last, g[left], dt);
@@ -39,27 +44,30 @@ public:
         Mask attracts(true);
         for (std::size_t k = 0; k <= n_window; ++k) {
             if (k > 0) {
-                const auto margin = margin_after(T(WindowTimes<double>::theta(k)) * dt, t, x, p);
+                const auto margin = margin_after(T(Times::theta(k)) * dt, t, x, p);
                 s = margin.s;
                 attracts = attracts & (margin.w > T(0));
             }
             below[k] = limit + s;
             above[k] = limit - s;
         }
-        const Look down = look_in_window(below), up = look_in_window(above);
+        const Look down = look_in(below), up = look_in(above);
         // both ends in sight: the window is too long to tell which comes first; so it is where the
         // surface ceases to attract
         const Mask hard = down.hard | up.hard | (down.found & up.found) | ~attracts;
         const Mask ends = (down.found | up.found) & ~hard;
         const X x1 = sys_.sliding_flow(t, x, p, dt);
         const Mask passes = ~hard & ~ends & finite(sum(x1));
-        const T shortest = T(1e-4) * select(g[period_length] > T(0), half, g[proposal]);
+        const T shortest =
+            T(1e-4) * select(g[period_length] > T(0), half_period(g), g[proposal]);
         const Mask shorter = hard & (dt > shortest);
 
         g.set_x(x1, passes);
         g.set(start_value, s, passes);
-        g.set(trial, select(passes, T(4) * dt, select(shorter, T(0.5) * dt, dt)), ~Mask(false));
+        const T growth(vouched ? 4 : 2);
+        g.set(trial, select(passes, growth * dt, select(shorter, T(0.5) * dt, dt)), ~Mask(false));
         g.set(reach, select(down.found, down.low, up.low), ends);
+        g.set(across, select(down.found, down.high, up.high), ends);
         g[tries] += T(1);
         advance(g, dt, passes);
         const Mask gone = passes & beyond_bounds(run_, x1),
@@ -72,7 +80,7 @@ public:
         return leaving;
     }
 
-    /// The end of a slide in the piece of a window behind `reach`.
+    /// The end of a slide in the piece of a window between `reach` and `across`.
     FILIPPOV_FLATTEN Leaving end(Group& g) const {
         const X x = g.x();
         const Q& p = g.p();
@@ -80,7 +88,7 @@ public:
         const auto s_at = [&](const T& u) { return s_after(u * dt, t, x, p); };
         Look look;
         look.low = g[reach];
-        look.high = look.low + T(1.0 / n_window);
+        look.high = g[across];
         const T s_low = s_at(look.low), s_high = s_at(look.high);
         const Mask down = s_high < s_low;
         const T sign = select(down, T(1), T(-1));
@@ -103,6 +111,12 @@ public:
     }
 
 private:
+    static Look look_in(const std::array<T, n_window + 1>& margin) {
+        if constexpr (vouched)
+            return look_in_window(margin);
+        else
+            return look_at_samples<Times>(margin);
+    }
     /// A time after the clock.
     FILIPPOV_INLINE auto margin_after(const T& tau, const T& t, const X& x, const Q& p) const {
         return sliding_margin(sys_, Mode<1>{}, t + tau, sys_.sliding_flow(t, x, p, tau), p);
@@ -126,16 +140,16 @@ template <class Sys, int W, class Tableau> class SlideSteps {
     using Q = typename Group::Q;
     using Rk = RungeKutta<Tableau, T, N>;
     using Times = StageTimes<Tableau, double>;
-    using Probed = lanes::Probed<Times, W>;
+    using Samples = SampleTimes<double>;
     using Look = lanes::Look<W>;
     using Landing = lanes::Landing<W, N>;
 
 public:
     explicit SlideSteps(Run<Sys>& run) : run_(run), sys_(run.sys) {}
 
-    /// A trial step of every lane: see Slip::step. The field of a slide can be constant, and
-    /// then no error estimate keeps a step from spanning many swings of s: s has to be far from
-    /// both ends to be out of doubt, and a step that shows swings is tried shorter.
+    /// A trial step of every lane: see Slip::step. No error estimate of the field resolves s: it
+    /// has to be farther from both ends than it is off a cubic, and where the estimate told
+    /// nothing it is looked along in any case.
     FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x(), size = scale(run_.settings, x);
         const Q& p = g.p();
@@ -144,34 +158,34 @@ public:
 
         Rk rk;
         rk.k[0] = g.k0();
-        Probed s{g[start_value], T(0), {}}, w{g[across], T(0), {}};
+        std::array<T, Times::n + 1> s, w;
+        s[0] = g[start_value];
+        w[0] = g[across];
         const auto rhs = [&](std::size_t k, const T& tau, const X& y) FILIPPOV_LAMBDA_INLINE {
             const Sliding<Sys, T> at = slide_at(tau, y, p, size);
-            s.probe[k] = s_of(at);
-            w.probe[k] = at.w;
+            s[k] = s_of(at);
+            w[k] = at.w;
             return at.f;
         };
         X x1;
         rk.step(rhs, t, x, dt, x1);
         T total = sum(X(x1 + rk.sum_of_stages()));
         for (std::size_t k = 1; k <= Times::n; ++k)
-            total += s.probe[k] + w.probe[k];
+            total += s[k] + w[k];
         const Mask accepted = accept(run_, g, rk, x, x1, total, r, [&] { return T(0.25) * dt; });
 
-        const auto range = s.range(), range_w = w.range();
-        const T twice = T(2) * range.spread();
-        const Mask still = (limit + range.low > twice) & (limit - range.high > twice);
-        const T rounding(64 * epsilon<double> + run_.settings.rtol);
-        const Mask swings = accepted & ~still & (range.spread() > rounding) & (s.turns() > T(1)) &
-                            (dt > T(16) * resolution(t));
+        const Fit<W> fit = fit_of<Times>(s), fit_w = fit_of<Times>(w);
+        const T far = fused(T(8), fit.off, T(1e-6) * fit.spread);
+        const Mask still = (limit + fit.floor > far) & (limit - fit.ceiling > far);
+        const StepControl<Tableau, T> control;
+        const Mask quiet = g[last_error] <= control.previous;
         const X raw = x1;
         x1 = project(sys_, 0, t + dt, x1, p, size);
-        const Mask clear =
-            still & (range_w.low > T(2) * range_w.spread()) & ~surface_lost(raw, x1, size);
-        const Mask taken = accepted & ~swings & clear, doubt = accepted & ~swings & ~clear;
-        g.set(reach, T(0.5) * dt, swings);
+        const Mask clear = still & fit_w.clear() & ~quiet & ~surface_lost(raw, x1, size);
+        const Mask taken = accepted & clear, doubt = accepted & ~clear;
         g.set(trial, dt, doubt);
-        go_on(g, {x1, rk.k[Rk::last], dt}, s.end(), w.end(), taken);
+        g.set(proposal, min(g[proposal], select(~still & fit.full(), dt, T(2) * dt)), taken);
+        go_on(g, {x1, rk.k[Rk::last], dt}, s[Times::n], w[Times::n], taken);
         run_.counters.windows += std::popcount(g.active);
 
         const Mask gone = taken & beyond_bounds(run_, x1), ended = taken & r.last;
@@ -205,12 +219,12 @@ public:
         };
         run_.counters.searches += std::popcount(g.active);
 
-        constexpr std::size_t n = 8;
+        constexpr std::size_t n = Samples::n;
         std::array<T, n + 1> s, w, below, above;
         s[0] = g[start_value];
         w[0] = g[across];
         for (std::size_t k = 1; k <= n; ++k) {
-            const Sliding<Sys, T> at = slide_in(T(double(k) / n));
+            const Sliding<Sys, T> at = slide_in(T(Samples::theta(k)));
             s[k] = s_of(at);
             w[k] = at.w;
         }
@@ -218,9 +232,8 @@ public:
             below[k] = limit + s[k];
             above[k] = limit - s[k];
         }
-        const Mask unrooted(false);
-        const Look down = look_along(below, unrooted), up = look_along(above, unrooted),
-                   flat = look_along(w, unrooted);
+        const Look down = look_at_samples<Samples>(below), up = look_at_samples<Samples>(above),
+                   flat = look_at_samples<Samples>(w);
         const Mask hard =
             down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found | lost;
         const Mask ends = (down.found | up.found) & ~hard, passes = ~hard & ~ends;
@@ -246,10 +259,11 @@ public:
         const Mask leaves = landed & exit.plain & finite(sum(at.x));
 
         const T shortest = T(1e-4) * min(half_period(g), g[proposal]);
-        const Mask shorter = hard & ~lost & (dt > shortest);
+        const Mask shorter = hard & ~lost & (dt > max(shortest, T(16) * resolution(t)));
         const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(run_, full.x);
         g.set(reach, T(0.5) * dt, shorter);
         take_up(g, exit, at.x, at.dt, limit, leaves);
+        g.set(proposal, min(g[proposal], T(2) * dt), passes);
         go_on(g, full, s[n], w[n], passes);
         Leaving leaving(g.active);
         leaving.send(leaves & down.found, Task::exit_below);

@@ -88,7 +88,12 @@ public:
             accept(run_, g, rk, x, x1, total, r, [&] { return shorter_than(g, x, p, dt); });
         g.set(reach, guard.reach(dt, T(4) * resolution(t)), accepted);
 
-        const Mask doubt = accepted & guard.doubtful(), taken = accepted & ~doubt;
+        Mask doubt = accepted & guard.doubtful(), plain(true);
+        if (!run_.linear_h) [[unlikely]] {
+            plain = shows_all(g, r, guard, accepted);
+            doubt = doubt | (accepted & ~plain);
+        }
+        const Mask taken = accepted & ~doubt;
         g.set(trial, dt, doubt);
         g.set_x(x1, taken);
         g.set_k0(rk.k[Rk::last], taken);
@@ -101,7 +106,8 @@ public:
         Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
         if (leaving.lanes == 0)
             return leaving;
-        leaving.send(doubt & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
+        leaving.send(doubt & plain & falls_through<Side>(g, rk, guard, dt, x1, p),
+                     fall_task(Side));
         leaving.send(doubt, event_task(Side));
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);
@@ -158,7 +164,11 @@ public:
             v[k] = guard(T(double(k) / n));
         const T end = T(Side) * h(t + dt, full, p);
         v[n] = end - offset;
-        const Look<W> look = look_along(v, rooted);
+        Look<W> look = look_along(v, rooted);
+        if (!run_.linear_h) {
+            look.hard = look.hard | hides_more(v, rooted, guard);
+            look.settle();
+        }
         const T guess = root(look, 1e-6, guard) * dt;
         const Mask landed = land(run_, g, rk, rhs, guess, look.found, at, surface_ahead(g, p));
         const Contact contact = judge<Side>(run_, g, at, landed);
@@ -193,6 +203,20 @@ private:
         return switching(sys_, t, x, p)[0];
     }
 
+    /// Where a step of a field shows all of an h with a pace of its own: its probes follow a cubic,
+    /// or are far off it but farther from zero; and a field that is quiet has not let it grow. The
+    /// next step is not to be too long for h: see Watch::look.
+    FILIPPOV_COLD static Mask shows_all(Group& g, const Trial<W>& r, const Probed& guard,
+                                        const Mask& accepted) {
+        std::array<T, Times::n + 1> v = guard.probe;
+        v[0] = guard.start;
+        const Fit<W> fit = fit_of<Times>(v);
+        const StepControl<Tableau, T> control;
+        const Mask quiet = accepted & ~r.cut & (g[last_error] <= control.previous);
+        const T most = select(fit.full(), T(1), select(quiet, T(2), infinity<W>()));
+        g.set(proposal, min(g[proposal], most * r.dt), accepted);
+        return (fit.clear() | fit.resolved()) & ~quiet;
+    }
     /// As the first step of a segment, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
         const X size = scale(run_.settings, x);

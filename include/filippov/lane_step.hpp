@@ -19,6 +19,8 @@ template <class Sys> struct Run {
     const Settings<double, dim_v<Sys>>& settings;
     const Vec<double, dim_v<Sys>>& escape; ///< see Population
     LaneCounters counters{};
+    /// Steps that resolve the state resolve h.
+    bool linear_h = has_linear_h(sys);
     bool bounded = (escape.array() < std::numeric_limits<double>::infinity()).any();
 };
 

@@ -7,6 +7,7 @@
 #include <filippov/report.hpp>
 
 #include <limits>
+#include <type_traits>
 
 namespace filippov {
 
@@ -18,6 +19,8 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
     using Stepper = typename Tableau::template Stepper<S, N>;
     using Times = StepTimes<Tableau, S, N>;
     static constexpr bool slides = Rhs::slides;
+    static constexpr bool exact_probes = false; ///< stages are crude
+    static constexpr bool vouched = false;
 
     const Place<Sys, S>& at; ///< where the step starts
     Rhs& rhs;
@@ -122,8 +125,10 @@ private:
 /// A window of a slide that the system knows in closed form.
 template <class Sys, class S> struct ClosedFormPath {
     using X = State<Sys, S>;
-    using Times = WindowTimes<S>;
+    static constexpr bool vouched = HasSlideSwing<Sys, S>; ///< it is no longer than a swing of s
+    using Times = std::conditional_t<vouched, WindowTimes<S>, SampleTimes<S>>;
     static constexpr bool slides = true;
+    static constexpr bool exact_probes = !vouched; ///< are samples of the path
 
     const Place<Sys, S>& at; ///< where the window starts
     S dt;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <type_traits>
 
 namespace filippov {
@@ -33,8 +34,14 @@ private:
 /// What `first_contact` found on (0, 1].
 enum class Contact : unsigned char {
     none,
-    root,  ///< g goes from positive to negative
-    touch, ///< a minimum of g within the touch band
+    root,    ///< g goes from positive to negative
+    touch,   ///< a minimum of g within the touch band
+    blurred, ///< g swings too fast near zero for the smallest pieces
+};
+
+/// A value of a function that is known already.
+template <class S> struct KnownValue {
+    S theta, value;
 };
 
 /// Where g, positive at `positive` and not positive (or NaN) at `negative`, changes sign, to about
@@ -100,10 +107,18 @@ template <class S> S minimum(Function<std::type_identity_t<S>> g, S a, S b) {
 
 namespace detail {
 
-/// A cubic through four equidistant samples of g on [a, b], with two more to judge it by.
+/// The weights by which values at 0, 1/3, 2/3 and 1 make the value of their cubic at u.
+template <class S> constexpr std::array<S, 4> cubic_weights(long double u) {
+    const long double v = 3 * u - 1, w = 3 * u - 2, z = u - 1;
+    return {static_cast<S>(-v * w * z / 2), static_cast<S>(4.5L * u * w * z),
+            static_cast<S>(-4.5L * u * v * z), static_cast<S>(u * v * w / 2)};
+}
+
+/// A cubic through four equidistant samples of g on [a, b], with two more to judge it by, which
+/// keep no beat with them.
 template <class S> struct Piece {
     S a, b, ga, gb, g1, g2;
-    S mismatch; ///< largest error of the cubic at 1/6 and 5/6
+    S mismatch; ///< largest error of the cubic at the two
     S lowest, highest;
 
     Piece(Function<S> g, S from, S to, S g_from, S g_to) : a(from), b(to), ga(g_from), gb(g_to) {
@@ -111,9 +126,11 @@ template <class S> struct Piece {
         const S d = b - a;
         g1 = g(a + d / S(3));
         g2 = g(a + d * S(2) / S(3));
-        const S c1 = g(a + d / S(6)), c2 = g(a + d * S(5) / S(6));
-        const S p1 = S(0.3125) * ga + S(0.9375) * g1 - S(0.3125) * g2 + S(0.0625) * gb;
-        const S p2 = S(0.0625) * ga - S(0.3125) * g1 + S(0.9375) * g2 + S(0.3125) * gb;
+        constexpr long double u1 = 0.1583L, u2 = 0.8178L;
+        constexpr std::array<S, 4> w1 = cubic_weights<S>(u1), w2 = cubic_weights<S>(u2);
+        const S c1 = g(a + d * static_cast<S>(u1)), c2 = g(a + d * static_cast<S>(u2));
+        const S p1 = w1[0] * ga + w1[1] * g1 + w1[2] * g2 + w1[3] * gb;
+        const S p2 = w2[0] * ga + w2[1] * g1 + w2[2] * g2 + w2[3] * gb;
         mismatch = std::max(abs(c1 - p1), abs(c2 - p2));
         if (!(abs(c1 - p1) + abs(c2 - p2) < std::numeric_limits<S>::infinity()))
             mismatch = std::numeric_limits<S>::infinity();
@@ -150,24 +167,44 @@ template <class S> struct Piece {
 /// g is cut into pieces on which a cubic through four samples predicts two more; a piece whose
 /// Bernstein coefficients are positive beyond the prediction error is passed over; elsewhere the
 /// pieces between extrema are bracketed. Functions that no cubic fits (kinks, jumps) end in
-/// bisection at the smallest piece, 1/1024.
+/// bisection at the smallest piece, 1/1024; where many of those are left in doubt, or pieces are
+/// too many, the search gives up.
 ///
-/// @param g0    g(0), > 0 (a value of the right sign if g(0) itself was divided out)
-/// @param band  minima within it count as touches; 0 for none
-/// @param theta where
+/// @param g0      g(0), > 0 (a value of the right sign if g(0) itself was divided out)
+/// @param band    minima within it count as touches; 0 for none
+/// @param theta   where
+/// @param known   values between 0 and 1, in order: no piece spans two of their gaps
+/// @param patient  it goes on to the end, however little it sees
 template <class S>
 Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_identity_t<S> band,
-                      S& theta) {
+                      S& theta, std::span<const KnownValue<std::type_identity_t<S>>> known = {},
+                      bool patient = true) {
     using std::abs;
-    constexpr int max_depth = 10;
+    constexpr int max_depth = 10, most_blurred = 16, most_pieces = 2000;
     struct Span {
         S a, b, ga, gb;
         int depth;
     };
+    // the piece in hand, those that wait behind it, and the gaps between known values behind those
     std::array<Span, max_depth + 2> stack;
-    int top = 0;
-    stack[0] = {S(0), S(1), g0, g(S(1)), 0};
-    while (top >= 0) {
+    int top = -1, blurred = 0, pieces = 0;
+    std::size_t gap = 0;
+    const auto end_of_gap = [&](std::size_t i) {
+        return i < known.size() ? known[i] : KnownValue<S>{S(1), g(S(1))};
+    };
+    int depth = 0; // of the pieces between known values
+    for (std::size_t n = 1; n < known.size() + 1; n *= 2)
+        ++depth;
+    KnownValue<S> from_here{S(0), g0};
+    while (top >= 0 || gap <= known.size()) {
+        if (top < 0) {
+            const KnownValue<S> to = end_of_gap(gap++);
+            stack[std::size_t(++top)] = {from_here.theta, to.theta, from_here.value, to.value,
+                                         depth};
+            from_here = to;
+        }
+        if (++pieces > most_pieces && !patient)
+            return Contact::blurred;
         const Span span = stack[std::size_t(top--)];
         const detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
         const auto c = piece.bernstein();
@@ -180,6 +217,9 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
             continue;
         const bool resolved = piece.mismatch <= S(0.05) * (piece.highest - piece.lowest);
         const S slack = S(2) * piece.mismatch, range = piece.highest - piece.lowest;
+        if (span.depth >= max_depth && !resolved && !(floor > S(8) * piece.mismatch) &&
+            ++blurred > most_blurred && !patient)
+            return Contact::blurred;
         const auto changes = [&](const S& shift) { // of sign, in the Bernstein coefficients
             const bool p1 = c[1] + shift > S(0), p2 = c[2] + shift > S(0), p3 = span.gb > S(0);
             return int(!p1) + int(p1 != p2) + int(p2 != p3);

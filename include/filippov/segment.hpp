@@ -73,8 +73,10 @@ public:
     void enter(const Mode<M>& mode) {
         const bool changed = !(mode == place_.mode),
                    slid = place_.mode.sliding() > 0 && dt_ != S(0);
-        if (changed)
+        if (changed) {
             have_k0_ = false;
+            elapsed_ = S(0);
+        }
         place_.enter(mode);
         watch_.enter();
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * place_.resolution())
@@ -209,6 +211,8 @@ private:
                 path);
         place_.clock = next; // before the state, whose errors are judged at this time
         place_.put(path.x1);
+        elapsed_ += abs_(path.dt);
+        blurred_ = 0;
         ++counters_.steps;
         if constexpr (Obs::wants_steps)
             let_observer_skip();
@@ -248,6 +252,8 @@ private:
         stop.guard = found.guard;
         stop.touch = found.touch;
         stop.jumped = landing.jumped || (target.ends_slide() && !on_target()); // of h, or of s
+        if (const int j = carried_off(path); j >= 0 && target.ends_slide())
+            return left_behind(j, path.dt);
         target.settle(path, after(path.dt).local, landing.jumped);
         const bool flat = target.degenerate(path);
         accept(path);
@@ -342,6 +348,14 @@ private:
                    ? -1
                    : lost_surface(place_, raw, path.dt, beside);
     }
+    /// The surface that has run away from a slide within a few ulp of the time, and was followed by
+    /// more than ten tolerances; -1: none.
+    template <class Path> int carried_off(const Path& path) const {
+        if (!Path::slides || forced_ || place_.settings.fixed_step > S(0) ||
+            !(abs_(path.dt) <= S(4096) * place_.resolution()))
+            return -1;
+        return place_.norm(X(path.x1 - alone(path.dt))) > S(10) ? sliding_surface(place_.mode) : -1;
+    }
     /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
     FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
         if (forced_)
@@ -410,22 +424,16 @@ private:
     /// The next step, after one that was good.
     template <class Path>
     FILIPPOV_INLINE void propose(Path& path, const Trial& t, const S& error, bool unjudged) {
-        constexpr bool slides = Path::slides;
         // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
         // one that ends at an event keeps the full step's.
         S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
-        // a step that is far too long shows nothing of its swings
-        if (abs_(proposed) > S(1.5) * abs_(t.dt)) {
-            const S seen =
-                unjudged && swings_seen_ && !slides ? S(2) : std::numeric_limits<S>::infinity();
-            const S most = std::min(seen, watch_.growth(path, unjudged));
-            if (abs_(proposed) > most * abs_(t.dt))
-                proposed = most * t.dt;
-        }
+        const S most = watch_.growth(path, unjudged);
+        if (abs_(proposed) > most * abs_(t.dt))
+            proposed = most * t.dt;
         if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
             dt_ = proposed;
-        const S further = slides ? S(1.25) * reach_ : std::numeric_limits<S>::infinity();
-        reach_ = slides && M == 1 ? further : std::min(further, reach_after<Path>(t.dt));
+        reach_ = Path::slides && M == 1 ? std::numeric_limits<S>::infinity()
+                                        : reach_after<Path>(t.dt);
     }
 
     /// The field where the steps begin.
@@ -439,17 +447,14 @@ private:
                           place_.what_is_not_finite(place_.clock.local, place_.x));
     }
 
-    /// True if a good step spans more swings of a guard than it can show: half of it is tried next.
-    template <class Path> FILIPPOV_INLINE bool spans_swings(Path& path) {
-        const S& dt = path.dt;
-        if (!(abs_(dt) > S(64) * place_.resolution() && watch_.swings(path)))
+    /// True if a guard swings too fast in a step to tell its first event: a quarter of it is tried
+    /// next. (What is no smoother in a short step, as noise, is followed after some trials.)
+    FILIPPOV_COLD bool is_blurred(const Found<S>& found, const S& dt) {
+        if (!found.blurred)
             return false;
         ++counters_.rejected;
-        reach_ = abs_(dt) / S(2);
-        if (!Path::slides) {
-            dt_ = dt / S(2);
-            swings_seen_ = true;
-        }
+        ++blurred_;
+        dt_ = dt / S(4);
         return true;
     }
     /// True if a step whose length was that of a slide is nothing like the solution, though both
@@ -500,8 +505,6 @@ private:
                 continue;
             }
             const bool unjudged = !(error > S(1e-10)); // (it is a square)
-            if ((Rhs::slides || unjudged) && !fixed && spans_swings(path))
-                continue;
             if constexpr (!Rhs::slides && Stepper::probes_stages)
                 if (checks_ > 0 && !fixed && is_lucky(path))
                     continue;
@@ -515,11 +518,14 @@ private:
                 }
 
             Found<S> found;
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(unjudged)) {
+            watch_.look(path, unjudged, elapsed_);
+            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * place_.resolution() || !watch_.starts_on_root())
-                    found = first_event(path, unjudged);
+                    found = first_event(path, fixed || blurred_ >= most_blurred);
+                if (is_blurred(found, dt))
+                    continue;
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
@@ -538,19 +544,20 @@ private:
             watch_.template go_on<Path>();
         }
     }
-    template <class Path> Found<S> first_event(Path& path, bool unjudged) {
+    template <class Path> Found<S> first_event(Path& path, bool patient) {
         ++counters_.root_searches;
-        return watch_.first_event(path, unjudged);
+        return watch_.first_event(path, patient);
     }
 
     /// Windows of a slide that the system knows in closed form.
     Stop run_closed_form() {
         using Path = ClosedFormPath<Sys, S>;
         have_k0_ = false;
-        // A forced s swings with the period: windows of half of it show it.
-        const S period = place_.clock.period;
-        const S longest = period > S(0) ? period / S(2) : std::numeric_limits<S>::infinity();
-        S window = period > S(0) ? longest / S(4) : abs_(dt_);
+        S longest = std::numeric_limits<S>::infinity(), window = abs_(dt_);
+        if constexpr (Path::vouched) {
+            longest = place_.sys.slide_swing(place_.p);
+            window = longest / S(4);
+        }
         for (;;) {
             remaining_ = place_.clock.until(end_);
             if (!(forward() * remaining_ > S(0)))
@@ -566,16 +573,22 @@ private:
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
             Found<S> found;
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>(true)) {
-                found = first_event(path, true);
+            watch_.look(path, !Path::vouched, elapsed_);
+            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
+                found = first_event(path, blurred_ >= most_blurred);
+                if (found.blurred) {
+                    ++blurred_;
+                    window /= S(4);
+                    continue;
+                }
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
             if (found.guard >= 0)
                 return land(path, found);
+            window = window_ * (Path::vouched ? S(4) : watch_.growth(path, true));
             accept(path);
             watch_.template go_on<Path>();
-            window *= S(4);
         }
     }
 
@@ -596,7 +609,9 @@ private:
     /// a slide, whose steps tell nothing of it. (A field with noise may never pass.)
     int checks_ = 0;
     static constexpr int most_checks = 8;
-    bool swings_seen_ = false; ///< of h, in a step of which no error estimate told anything
+    S elapsed_ = S(0); ///< since the mode began
+    int blurred_ = 0;  ///< trials in a row in which a guard swung too fast
+    static constexpr int most_blurred = 8;
     Stepper rk_;
     StepControl<Tableau> control_;
     Counters counters_{};

@@ -254,6 +254,13 @@ concept HasSlidingFlow =
                               const Params<Sys, S>& p, const S& dt) {
         { sys.sliding_flow(t, x, p, dt) } -> std::same_as<State<Sys, S>>;
     };
+/// slide_swing(p): s turns no sooner than this along a slide in closed form, as after half a period
+/// of its only forcing. Windows of that length show all it does, with six values of s.
+template <class Sys, class S>
+concept HasSlideSwing =
+    HasSlidingFlow<Sys, S> && requires(const Sys& sys, const Params<Sys, S>& p) {
+        { sys.slide_swing(p) } -> std::same_as<S>;
+    };
 /// equivalent_control(t, x, p): s of (4.12) in closed form.
 template <class Sys, class S>
 concept HasEquivalentControl =
@@ -371,6 +378,18 @@ template <class S, class Sys> bool is_forced([[maybe_unused]] const Sys& sys) {
         return sys.is_forced();
     else
         return HasPeriod<Sys, S>;
+}
+
+/// True if every h is linear in t and x: declared by `static constexpr bool linear_h = true`, or
+/// said by `has_linear_h()` of a system that is made at run time. Then a step that resolves the
+/// state resolves h.
+template <class Sys> bool has_linear_h([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.has_linear_h(); })
+        return sys.has_linear_h();
+    else if constexpr (requires { Sys::linear_h; })
+        return Sys::linear_h;
+    else
+        return false;
 }
 
 /// How exact the derivatives of the fields are, relative to the fields: to rounding, unless the

@@ -40,8 +40,12 @@ public:
             std::vector<Expr> gradient;
             for (const Expr i : x)
                 gradient.push_back(graph.derivative(e, i));
+            const Expr rate = graph.derivative(e, graph.time());
             grad_h.push_back(tape(gradient));
-            h_t.push_back(tape(std::array{graph.derivative(e, graph.time())}));
+            h_t.push_back(tape(std::array{rate}));
+            gradient.push_back(rate);
+            for (const Expr slope : gradient)
+                linear_h = linear_h && !graph.varies(slope);
         }
         for (const auto& f : d.region)
             region.push_back(tape(f));
@@ -89,6 +93,7 @@ public:
     std::vector<Tape> grad_layer;
     std::vector<Tape> period; ///< none, or one
     std::vector<SurfaceKind> kind;
+    bool linear_h = true; ///< every h is linear in t and x
     int splits = 0; ///< surfaces that are no jumps; they come first
     // of one surface
     Tape normal; ///< L1 and L2 in a slide
@@ -353,6 +358,7 @@ public:
     {
         return field(program_->slide, t, x, p);
     }
+    bool has_linear_h() const { return program_->linear_h; }
     bool has_sliding_flow() const { return program_->constant_slide; }
     template <class S>
     X<S> sliding_flow(const S& t, const X<S>& x, const Q<S>& p, const S& dt) const

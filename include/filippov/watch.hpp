@@ -22,6 +22,7 @@ template <class S> struct Found {
     S theta = S(2);     ///< where in the step
     bool touch = false; ///< an extremum that touches zero, not a root
     int pole = -1;      ///< of the end of a slide: the guard of L1 - L2, if that ends with it
+    bool blurred = false; ///< a guard swings too fast in the step to tell
 };
 
 /// The guards of a run, those of its user's sections among them. What refers to a step has its path
@@ -35,7 +36,8 @@ public:
     using X = State<Sys, S>;
 
     /// @param place  of the run, which must outlive this
-    Watch(const Place<Sys, S>& place, const Sec& sections) : at_(place), sections_(sections) {}
+    Watch(const Place<Sys, S>& place, const Sec& sections)
+        : at_(place), sections_(sections), declared_linear_(has_linear_h(place.sys)) {}
 
     // --- where guards start --------------------------------------------------------------------
 
@@ -43,7 +45,7 @@ public:
     /// order)` afterwards tells which of them start on a root.
     void enter() {
         list_active();
-        see_motion();
+        see_gradients();
         for (const int g : active_guards()) {
             if (g >= Guard<M>::first_section)
                 break;
@@ -186,41 +188,30 @@ public:
 
     // --- what a step shows ---------------------------------------------------------------------
 
+    /// Looks which guards keep a pace of their own in a step, and if these are clear of zero.
+    ///
+    /// A field's error estimate bounds a step by how the state bends. It says nothing of s along a
+    /// slide, nor of an h or a section that is not linear in t and x (where the field is constant,
+    /// one that has looked linear may be none). Those are held against a cubic: at the probes, and where these are off it,
+    /// or too few, at samples on the path. Too few they are in slides, and where the estimate told
+    /// nothing, if a sixteenth of the time since the mode began fits between them.
     /// @param unjudged  of the step's length the error estimate told nothing
-    template <class Path> FILIPPOV_INLINE bool any_doubt(bool unjudged) const {
+    /// @param elapsed   since the mode began
+    template <class Path> FILIPPOV_INLINE void look(Path& path, bool unjudged, const S& elapsed) {
+        if (any_pace_) [[unlikely]]
+            see_pace(path, unjudged, elapsed);
+    }
+    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
         for (const int g : active_guards())
-            if (doubtful<Path>(g, unjudged))
+            if (doubtful<Path>(g))
                 return true;
         return false;
     }
-    template <class Path> FILIPPOV_INLINE bool swings(Path& path) const {
-        using Times = typename Path::Times;
-        for (const int g : active_guards()) {
-            const bool transversal = g % 3 == 2;
-            if (g >= Guard<M>::first_section || Path::slides != (at_.mode[g / 3] == 0) ||
-                (transversal && M == 1))
-                continue;
-            const S band = transversal ? S(64) * epsilon<S> : touch_band(g, false);
-            if (trace(g).template swings<Times>(band) &&
-                (Path::slides || swings_on_path(g, path, band)))
-                return true;
-        }
-        return false;
-    }
-    /// By how much the next step may be longer. A guard with a pace of its own would hide its
-    /// swings in a step that the field alone has made long.
-    /// @param unjudged  the error estimate told nothing of the step's length: then any guard may
-    template <class Path> FILIPPOV_COLD S growth(Path& path, bool unjudged) {
-        S most = std::numeric_limits<S>::infinity();
-        see_motion();
-        for (const int g : active_guards()) {
-            if (of_slide(g) || !(unjudged || has_own_pace(g)))
-                continue; // (for slides see swings)
-            const S off = off_parabola(g, path);
-            if (off > bent)
-                most = std::min(most, off > S(0.1) ? S(1) : S(2));
-        }
-        return most;
+    /// By how much the next step may be longer, or has to be shorter, for the sake of guards with a
+    /// pace of their own. Where nothing else bounds it, a step is not longer than what the mode has
+    /// shown so far.
+    template <class Path> FILIPPOV_INLINE S growth(Path& path, bool unjudged) {
+        return any_pace_ ? growth_by_pace(path, unjudged) : std::numeric_limits<S>::infinity();
     }
     bool starts_on_root() const {
         for (const int g : active_guards())
@@ -253,11 +244,11 @@ public:
     }
 
     /// The earliest event of a step among the guards in doubt.
-    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path, bool unjudged) {
+    /// @param patient  it is sought as long as it takes
+    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path, bool patient) {
         Found<S> first;
         for (const int g : active_guards()) {
-            if ((at_.settings.skip_root_search && !doubtful<Path>(g, unjudged)) ||
-                says_nothing<Path>(g))
+            if ((at_.settings.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
                 continue;
             const auto raw = [&](const S& theta) {
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
@@ -272,8 +263,10 @@ public:
                 trace(g).sense = S(0);
                 continue;
             }
-            Found<S> found = event_of(g, path, raw);
-            if (found.guard >= 0 && !found.touch && off_surface(g) && has_own_pace(g))
+            Found<S> found = event_of(g, path, raw, patient);
+            if (found.blurred)
+                return found;
+            if (found.guard >= 0 && !found.touch && off_surface(g) && !is_linear(g / 3))
                 found.theta = first_of_several<Path>(g, raw, found.theta);
             if (found.theta < first.theta)
                 first = found;
@@ -342,7 +335,7 @@ public:
 
 private:
     using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
-                                                      WindowTimes<S>::n + 1)>;
+                                                      SampleTimes<S>::n + 1)>;
 
     static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
     FILIPPOV_INLINE GuardTrace& trace(int g) { return traces_[idx(g)]; }
@@ -370,6 +363,11 @@ private:
         for (int g = 0; g < n_guards; ++g)
             if (active(g))
                 active_[idx(n_active_++)] = g;
+        any_pace_ = false;
+        for (const int g : active_guards()) {
+            trace(g).own_pace = false;
+            any_pace_ = any_pace_ || !off_surface(g) || !declared_linear_;
+        }
     }
     std::span<const int> active_guards() const { return {active_.data(), idx(n_active_)}; }
 
@@ -387,72 +385,166 @@ private:
         return s_max(at_.sys, at_.p) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
     }
 
-    /// True unless the probes show that guard g stays clear of zero.
-    template <class Path> FILIPPOV_INLINE bool doubtful(int g, bool unjudged) const {
-        using Times = typename Path::Times;
-        const bool of_h = g < Guard<M>::first_section && !Path::slides;
-        // Off the surfaces a step with a NaN was rejected before.
-        if (!of_h && !(trace(g).template sum<Times>() < std::numeric_limits<S>::infinity()))
-            return true;
-        return trace(g).template doubtful<Times>(unjudged || may_swing<Path>(g)) ||
-               (has_own_pace(g) && trace(g).template turns_near_zero<Times>());
-    }
-    static constexpr S bent = S(0.01);
-    /// How far guard g is off a parabola in a step, in units of its spread. Where stages say that
-    /// it is, of which the first ones are crude, the interpolant is asked.
-    template <class Path> S off_parabola(int g, Path& path) const {
+    /// True unless the step shows that guard g stays clear of zero.
+    template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
         using Times = typename Path::Times;
         const GuardTrace& w = trace(g);
-        const S end = w.probe[Times::n];
-        // of its values, which may have a large part that does not depend on x, and of its terms
-        S rounding = S(64) * epsilon<S> * (abs_(w.start) + abs_(end));
-        if (g < Guard<M>::first_section)
-            rounding += touch_band(g, true);
-        const auto probed = [&](std::size_t k) { return w.probe[k]; };
-        if (!(w.template off_parabola<Times>(probed, end, rounding) > bent))
-            return S(0);
+        const bool of_h = g < Guard<M>::first_section && !Path::slides;
+        // Off the surfaces a step with a NaN was rejected before.
+        if (!of_h && !(w.template sum<Times>() < std::numeric_limits<S>::infinity()))
+            return true;
+        return w.own_pace ? !w.fit.clear() : w.template doubtful<Times>();
+    }
+
+    // --- guards with a pace of their own -------------------------------------------------------
+
+    template <class Path>
+    FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
+        bool any = false;
+        for (const int g : active_guards()) {
+            trace(g).own_pace = keeps_pace(g, path, unjudged);
+            any = any || trace(g).own_pace;
+        }
+        if (any)
+            look_closely(path, Path::slides || unjudged, elapsed);
+    }
+    template <class Path> FILIPPOV_COLD S growth_by_pace(Path& path, bool unjudged) {
+        S most = std::numeric_limits<S>::infinity();
+        for (const int g : active_guards())
+            if (trace(g).own_pace)
+                most = std::min({most, room_of(g, path), Path::slides || unjudged ? S(2) : most});
+        return most;
+    }
+    /// True of a guard that the steps of a field do not resolve as a matter of course.
+    template <class Path> bool keeps_pace(int g, const Path& path, bool unjudged) {
+        if (g >= Guard<M>::first_section)
+            return true;
+        if (at_.mode[g / 3] == 0)
+            return !Path::vouched;
+        if (declared_linear_)
+            return false;
+        if (unjudged)
+            return true;
+        Surface& surface = surfaces_[idx(g / 3)];
+        surface.linear = surface.linear && is_straight(g, path);
+        return !surface.linear;
+    }
+    /// True of an h that was linear in t and x wherever the run has looked.
+    bool is_linear(int j) const { return surfaces_[idx(j)].linear; }
+    /// True if h_j changes over a step as its gradient says.
+    template <class Path> bool is_straight(int g, const Path& path) const {
+        using std::sqrt;
+        const Surface& surface = surfaces_[idx(g / 3)];
+        const GuardTrace& w = trace(g);
+        S linear = surface.rate * path.dt, size = abs_(w.start) + abs_(w.probe[Path::Times::n]);
+        for (int i = 0; i < N; ++i) {
+            linear += surface.gradient[i] * (path.x1[i] - at_.x[i]);
+            size += abs_(surface.gradient[i] * path.x1[i]);
+        }
+        const S change = w.probe[Path::Times::n] - w.start;
+        return abs_(change - w.sense * linear) <= S(1e-8) * size;
+    }
+    /// Which h are linear: their gradients stay the same. (At some places others may seem to be.)
+    void see_gradients() {
+        for (int j = 0; j < M && !declared_linear_; ++j) {
+            Surface& surface = surfaces_[idx(j)];
+            if (at_.mode[j] == 0 || !surface.linear)
+                continue;
+            const X gradient = grad_h(at_.sys, j, at_.clock.local, at_.x, at_.p);
+            const S rate = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p);
+            surface.linear = !surface.seen || (surface.rate == rate && surface.gradient == gradient);
+            surface.seen = true;
+            surface.gradient = gradient;
+            surface.rate = rate;
+        }
+    }
+
+    template <class Path>
+    FILIPPOV_COLD void look_closely(Path& path, bool quiet, const S& elapsed) {
+        using Times = typename Path::Times;
+        bool more = !Path::exact_probes && quiet &&
+                    abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
+        for (const int g : active_guards()) {
+            GuardTrace& w = trace(g);
+            w.sampled = false;
+            if (!w.own_pace || w.sense == S(0))
+                continue;
+            w.fit = fit_of<Times>(w.start, [&](std::size_t k) { return w.probe[k]; }, noise(g));
+            more = more || !(w.fit.clear() || w.fit.resolved());
+        }
+        if (!more)
+            return;
+        sample(path);
+        for (const int g : active_guards()) {
+            GuardTrace& w = trace(g);
+            w.sampled = w.own_pace && w.sense != S(0);
+            if (w.sampled)
+                w.fit = fit_of<SampleTimes<S>>(
+                    w.start, [&](std::size_t k) { return w.sample[k]; }, noise(g));
+        }
+    }
+    /// The widest gap between probes, in units of the step.
+    template <class Times>
+    static constexpr S widest_gap = [] {
+        S widest(0), before(0);
+        for (const std::size_t k : Times::in_time) {
+            widest = std::max(widest, S(Times::theta(k) - before));
+            before = Times::theta(k);
+        }
+        return widest;
+    }();
+    /// Samples guards with a pace of their own along a step.
+    template <class Path> void sample(Path& path) {
+        using Times = SampleTimes<S>;
+        for (std::size_t k = 1; k <= Times::n; ++k) {
+            if constexpr (Path::exact_probes) {
+                for (const int g : active_guards())
+                    trace(g).sample[k] = trace(g).probe[k];
+                continue;
+            }
+            const S t = at_.clock.local + Times::theta(k) * path.dt;
+            const X x = k < Times::n ? path(Times::theta(k)) : path.x1;
+            if constexpr (Path::slides && single_v<Sys>)
+                sample_slide(k, sliding_margin(at_.sys, at_.mode, t, x, at_.p));
+            for (const int g : active_guards())
+                if (trace(g).own_pace && !(Path::slides && single_v<Sys> && of_slide(g)))
+                    trace(g).sample[k] = guard_value(g, t, x);
+        }
+    }
+    void sample_slide(std::size_t k, const Margin<S>& slide) {
+        const S beyond = s_max(at_.sys, at_.p) - S(1);
+        for (const auto& [g, value] : {std::pair{Guard<M>::below(0), S(beyond + slide.below)},
+                                       std::pair{Guard<M>::above(0), S(beyond + slide.above)},
+                                       std::pair{Guard<M>::transversal(0), slide.w}})
+            trace(g).sample[k] = trace(g).sense * value;
+    }
+    /// What rounding alone may make of guard g.
+    S noise(int g) const {
+        const S of_value =
+            S(64) * epsilon<S> * (abs_(trace(g).start) + trace(g).fit.spread);
+        return g < Guard<M>::first_section ? of_value + touch_band(g, true) : of_value;
+    }
+    /// By how much the next step may be longer for the sake of guard g. What is not smooth up
+    /// close, as the rounding of what cancels within h, would hold back the steps for nothing.
+    template <class Path> FILIPPOV_COLD S room_of(int g, Path& path) const {
+        const S room = trace(g).sense != S(0) ? trace(g).fit.room()
+                                              : std::numeric_limits<S>::infinity();
+        if (room >= S(1))
+            return room;
         const auto off_in = [&](const S& part) { // of the step, from its start
-            const auto along = [&](const S& theta) {
+            const auto value = [&](std::size_t k) {
+                const S theta = part * WindowTimes<S>::theta(k);
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
             };
-            const auto value = [&](std::size_t k) {
-                return along(S(part * WindowTimes<S>::theta(k)));
-            };
-            return w.template off_parabola<WindowTimes<S>>(value, part < S(1) ? along(part) : end,
-                                                           rounding);
+            const Fit<S> fit = fit_of<WindowTimes<S>>(trace(g).start, value, noise(g));
+            return fit.off == S(0) ? S(0) : fit.off / fit.spread;
         };
         const S off = off_in(S(1));
-        // A swing is smooth up close. What cancels within h is not: its rounding, unknown here,
-        // would hold back the steps that show nothing else.
-        for (S part = S(1) / S(2); off > bent && part > S(1e-3); part /= S(2))
-            if (const S closer = off_in(part); closer < off / S(2))
-                return closer > S(0) ? off : S(0);
-        return S(0);
+        for (S part = S(1) / S(2); part > S(1e-3); part /= S(2))
+            if (off_in(part) < off / S(2))
+                return std::max(room, S(0.25));
+        return S(1);
     }
-    /// True if guard g swings on the interpolant of a step, too, and not only at the method's first
-    /// stages, which are crude.
-    template <class Path>
-    FILIPPOV_COLD bool swings_on_path(int g, Path& path, const S& band) const {
-        GuardTrace seen = trace(g);
-        for (std::size_t k = 1; k <= WindowTimes<S>::n; ++k) {
-            const S theta = WindowTimes<S>::theta(k);
-            seen.probe[k] = guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
-        }
-        return seen.template swings<WindowTimes<S>>(band);
-    }
-    /// Which h depend on time: at some instants they may seem not to.
-    void see_motion() {
-        for (int j = 0; j < M; ++j)
-            if (at_.mode[j] != 0 && !moves_[idx(j)])
-                moves_[idx(j)] = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p) != S(0);
-    }
-    /// What no error estimate of the field resolves: a section, or an h that depends on time.
-    bool has_own_pace(int g) const {
-        return g >= Guard<M>::first_section || (off_surface(g) && moves_[idx(g / 3)]);
-    }
-    /// A field can be constant, and then no error estimate keeps a step from spanning many swings
-    /// of h, or, as a matter of course, in a slide of s.
-    template <class Path> bool may_swing(int g) const { return Path::slides && of_slide(g); }
 
     /// Minima of guard g closer to zero than this count as touches: the error that the tolerance
     /// allows, or rounding.
@@ -530,7 +622,8 @@ private:
     }
 
     /// The first root or touch of guard g, `raw` along the path.
-    template <class Path, class Raw> Found<S> event_of(int g, Path& path, const Raw& raw) {
+    template <class Path, class Raw>
+    Found<S> event_of(int g, Path& path, const Raw& raw, bool patient) {
         using Times = typename Path::Times;
         GuardTrace& w = trace(g);
         if (const std::size_t k = w.template falls_through<Times>())
@@ -547,7 +640,11 @@ private:
         // and is searched from where it has left.
         const S band = touch_band(g, false);
         const bool outside = w.order == 0 && (w.start > band + touch_band(g, true) || w.descended);
-        Contact contact = first_contact(value, g0, outside ? band : S(0), theta);
+        std::array<KnownValue<S>, SampleTimes<S>::n - 1> samples;
+        const std::span<const KnownValue<S>> known = known_values(w, value, samples);
+        Contact contact = first_contact(value, g0, outside ? band : S(0), theta, known, patient);
+        if (contact == Contact::blurred)
+            return {.guard = g, .blurred = true};
         if (!outside && band > S(0)) {
             S touch = contact == Contact::none ? S(1) : theta;
             if (touch_after_leaving<Path>(g, raw, band, touch)) {
@@ -557,7 +654,7 @@ private:
         }
         if (contact == Contact::touch && off_surface(g) &&
             !far_side_attracts(g / 3, S(at_.clock.local + theta * path.dt), path(theta)))
-            contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta);
+            contact = first_contact(value, g0, outside ? touch_band(g, true) : S(0), theta, known);
         if (contact == Contact::none && w.descended &&
             first_minimum(raw, S(w.start - touch_band(g, true)), theta))
             contact = Contact::touch;
@@ -565,6 +662,20 @@ private:
             outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
         return contact == Contact::none ? Found<S>{}
                                         : Found<S>{g, theta, contact == Contact::touch};
+    }
+
+    /// The samples that a search has to begin with: those of a guard that no one cubic follows.
+    template <class Value>
+    static std::span<const KnownValue<S>>
+    known_values(const GuardTrace& w, const Value& value,
+                 std::array<KnownValue<S>, SampleTimes<S>::n - 1>& samples) {
+        if (!w.own_pace || !w.sampled || w.fit.resolved())
+            return {};
+        for (std::size_t k = 1; k < SampleTimes<S>::n; ++k) {
+            const S theta = SampleTimes<S>::theta(k);
+            samples[k - 1] = {theta, w.order == 0 ? w.sample[k] : value(theta)};
+        }
+        return samples;
     }
 
     /// The first of the roots of guard g, of which one is at theta. Behind a surface that moves a
@@ -621,7 +732,7 @@ private:
     template <class Path, class Raw>
     bool touch_after_leaving(int g, const Raw& raw, const S& band, S& theta) const {
         using Times = typename Path::Times;
-        if (!may_swing<Path>(g) && trace(g).template turns<Times>() == 0)
+        if (!trace(g).own_pace && trace(g).template turns<Times>() == 0)
             return false; // it leaves, and that is all
         S from = S(1e-3), g0 = S(0);
         while (from < theta && !((g0 = raw(from)) > S(2) * band))
@@ -656,10 +767,19 @@ private:
 
     const Place<Sys, S>& at_;
     const Sec& sections_;
+    const bool declared_linear_;
+    /// What the run has seen of a surface.
+    struct Surface {
+        X gradient;
+        S rate = S(0);      ///< dh/dt
+        bool seen = false;  ///< these are its
+        bool linear = true; ///< these are the same everywhere, as far as was seen
+    };
     std::array<GuardTrace, n_guards> traces_{};
-    std::array<bool, std::size_t(M)> moves_{}; ///< h_j was seen to depend on time
+    std::array<Surface, std::size_t(M)> surfaces_{};
     std::array<int, n_guards> active_{};       ///< those that the mode has and somebody watches
     int n_active_ = 0;
+    bool any_pace_ = false; ///< some of them may keep a pace of their own
 };
 
 } // namespace filippov

@@ -18,6 +18,7 @@ namespace filippov::models {
 /// @source chapter, (4.3), (4.5), (4.18)-(4.21)
 struct Oscillator {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"y", "v"};
     static constexpr std::array<std::string_view, 10> params{"A", "omega", "m",     "k",    "g",
                                                              "V", "alpha", "gamma", "beta", "eta"};
@@ -76,6 +77,10 @@ struct Oscillator {
     template <Scalar S>
     X<S> sliding_flow(const S&, const X<S>& x, const P<S>& p, const S& dt) const {
         return {x[0] + p[5] * dt, p[5]};
+    }
+    /// s follows a cosine and a line: half a forcing period.
+    template <Scalar S> S slide_swing(const P<S>& p) const {
+        return S(3.141592653589793238462643383279502884L) / p[1];
     }
     /// Forcing period 2 pi / omega.
     template <Scalar S> S period(const P<S>& p) const {
