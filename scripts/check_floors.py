@@ -101,6 +101,7 @@ FLOORS: list[list[str]] = [
         "ensemble",
         "any_scalar",
         "any_lanes",
+        "seam",
     ],
     # 5: maps and orbits
     [

@@ -104,7 +104,12 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
 
 public:
     ErasedLanes(Sys sys, std::shared_ptr<const AnyScalar> scalar)
-        : sys_(std::move(sys)), scalar_(std::move(scalar)) {}
+        : sys_(std::move(sys)), scalar_(std::move(scalar)) {
+        if (scalar_->dim() != N || scalar_->params() != P)
+            refuse("scalar->dim()", scalar_->dim(),
+                   "expected the scalar engine of the same system, of dim " + std::to_string(N) +
+                       " and " + std::to_string(P) + " parameters");
+    }
 
     int dim() const override { return component_count(sys_); }
     int params() const override { return given_params(sys_); }

@@ -32,6 +32,9 @@ public:
     AnyScalar(const AnyScalar&) = delete;
     AnyScalar& operator=(const AnyScalar&) = delete;
 
+    /// The sizes that it is compiled for.
+    virtual int dim() const = 0;
+    virtual int params() const = 0;
     /// The engine for these settings: a ScalarEngine<dim, params>, which the caller knows to cast.
     virtual std::shared_ptr<const void> engine(const EnsembleSettings& settings) const = 0;
 };
@@ -59,6 +62,8 @@ template <class Sys> class ErasedScalar final : public AnyScalar {
 public:
     explicit ErasedScalar(Sys sys) : sys_(std::move(sys)) {}
 
+    int dim() const override { return N; }
+    int params() const override { return P; }
     std::shared_ptr<const void> engine(const EnsembleSettings& settings) const override {
         const auto own = sized_settings<N>(settings, component_count(sys_));
         if (settings.eighth_order)

@@ -51,17 +51,17 @@ private:
     void run_leg(const Params<Sys, double>& p, double left, Outcome<N>& o, long long& steps) {
         ++counters_.handed_over;
         Stretch<N, P> stretch;
-        stretch.p = p;
-        stretch.x = o.x;
+        stretch.p = plain<P>(p);
+        stretch.x = plain<N>(o.x);
         stretch.t0 = o.clock.local;
         stretch.dt = left;
         stretch.ends_at_exit = population_.ends_at_exit;
         stretch.max_steps = settings_.max_steps - steps;
         stretch.max_events = settings_.max_events - o.events;
         const StretchEnd<N> end = scalar_.run(stretch, worker_);
-        const bool gone = population_.gone(end.status, end.x);
+        o.x = vector_of(end.x);
+        const bool gone = population_.gone(end.status, o.x);
         o.status = gone ? Status::escaped : end.status;
-        o.x = end.x;
         o.clock = {end.clock.period, o.clock.index + end.clock.index, end.clock.local,
                    end.clock.carry};
         o.mode = end.mode;

@@ -286,8 +286,8 @@ private:
         const double some = stretch_of(slot);
         const bool last = !(some < slot[left]);
         Stretch<N, P> stretch;
-        stretch.x = slot.x();
-        stretch.p = slot.p();
+        stretch.x = detail::plain<N>(slot.x());
+        stretch.p = detail::plain<P>(slot.p());
         stretch.t0 = slot[time];
         stretch.dt = last ? slot[left] : some;
         if (slot.before != Slot::none && slot[start_order] > 0) {
@@ -300,7 +300,8 @@ private:
         const StretchEnd<N> end = scalar_.run(stretch, worker_);
         if (end.status == Status::interrupted) // as all others that were not run to their end
             return;
-        slot.x() = end.x;
+        const Vec<double, N> x = detail::vector_of(end.x);
+        slot.x() = x;
         if (slot.mode == 0) // until here; the stretch counted from here
             slot.slid += slot.slid_left - slot[left];
         slot[index] += double(end.clock.index);
@@ -314,7 +315,7 @@ private:
         slot.slides += end.slides;
         slot.mode = static_cast<signed char>(end.mode);
         slot.before = Slot::none;
-        if (population_.gone(end.status, end.x))
+        if (population_.gone(end.status, x))
             return finish(s, Status::escaped);
         if (end.status != Status::ok)
             return finish(s, end.status);

@@ -5,7 +5,10 @@
 #include <filippov/flow.hpp>
 #include <filippov/parallel.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -112,27 +115,72 @@ template <int N, int P> double next_leg(Population<N, P>& population, std::size_
     return leg;
 }
 
+// What follows crosses from one module to another, which may be compiled for other instruction
+// sets: these decide how Eigen aligns its vectors, and by that where in a structure they are. So
+// there are none in it, and the asserts say where everything is.
+
+namespace detail {
+
+/// The numbers of a vector of any kind, for the other side of a seam.
+template <int N, class V> std::array<double, std::size_t(N)> plain(const V& v) {
+    std::array<double, std::size_t(N)> numbers;
+    for (std::size_t i = 0; i < std::size_t(N); ++i)
+        numbers[i] = v[Eigen::Index(i)];
+    return numbers;
+}
+/// ... and the vector of numbers that come from there.
+template <std::size_t n> Vec<double, int(n)> vector_of(const std::array<double, n>& numbers) {
+    Vec<double, int(n)> v;
+    for (std::size_t i = 0; i < n; ++i)
+        v[Eigen::Index(i)] = numbers[i];
+    return v;
+}
+
+} // namespace detail
+
 /// A stretch of a member's run.
 template <int N, int P> struct Stretch {
-    Vec<double, P> p;
-    Vec<double, N> x; ///< at its start
-    double t0 = 0;    ///< then, since the period began
-    double dt = 0;    ///< how long, of any sign
-    int before = 0;   ///< the mode before the event at which it starts, and ...
-    int guard = -1;   ///< ... what was met there (see Guard); -1: nothing is known of the start
-    bool ends_at_exit = false;
+    double t0 = 0; ///< when it starts, since the period began
+    double dt = 0; ///< how long, of any sign
     long long max_steps = 1, max_events = 1;
+    std::int32_t before = 0; ///< the mode before the event at which it starts, and ...
+    std::int32_t guard = -1; ///< ... what was met there (see Guard); -1: nothing is known of it
+    bool ends_at_exit = false;
+    alignas(8) std::array<double, std::size_t(N)> x{}; ///< at its start
+    alignas(8) std::array<double, std::size_t(P)> p{};
 };
 /// How it ended.
 template <int N> struct StretchEnd {
-    Status status = Status::ok;
     Clock<double> clock{}; ///< its index counts the periods of the stretch
-    Vec<double, N> x;
-    int mode = 0;
-    std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
-    double slide_time = 0;
     long long steps = 0;
+    double slide_time = 0;
+    Status status = Status::ok;
+    std::int32_t mode = 0;
+    std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
+    alignas(8) std::array<double, std::size_t(N)> x{};
 };
+
+namespace detail {
+
+/// True if they are where they are with every compiler and all its options.
+template <int N, int P> constexpr bool is_laid_out() {
+    using Start = Stretch<N, P>;
+    using End = StretchEnd<N>;
+    return offsetof(Start, dt) == 8 && offsetof(Start, max_steps) == 16 &&
+           offsetof(Start, max_events) == 24 && offsetof(Start, before) == 32 &&
+           offsetof(Start, guard) == 36 && offsetof(Start, ends_at_exit) == 40 &&
+           offsetof(Start, x) == 48 && offsetof(Start, p) == 48 + 8 * std::size_t(N) &&
+           sizeof(Start) == 48 + 8 * std::size_t(N + std::max(P, 1)) && alignof(Start) == 8 &&
+           offsetof(End, steps) == 32 && offsetof(End, slide_time) == 40 &&
+           offsetof(End, status) == 48 && offsetof(End, mode) == 52 &&
+           offsetof(End, events) == 56 && offsetof(End, slides) == 60 && offsetof(End, x) == 64 &&
+           sizeof(End) == 64 + 8 * std::size_t(N) && alignof(End) == 8;
+}
+static_assert(sizeof(Clock<double>) == 32 && offsetof(Clock<double>, index) == 8 &&
+              offsetof(Clock<double>, local) == 16 && offsetof(Clock<double>, carry) == 24);
+static_assert(sizeof(Status) == 4);
+
+} // namespace detail
 
 /// Runs stretches one at a time: what is not plain enough for lanes, and systems and settings that
 /// lanes do not know. An interface, so that lanes are compiled without it.
@@ -142,6 +190,8 @@ public:
     ScalarEngine() = default;
     ScalarEngine(const ScalarEngine&) = delete;
     ScalarEngine& operator=(const ScalarEngine&) = delete;
+    static_assert(detail::is_laid_out<N, P>(), "filippov: every module has a stretch's numbers at "
+                                               "the same places");
 
     virtual StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker) const = 0;
 };
@@ -181,15 +231,17 @@ public:
             return stretch.ends_at_exit && e.kind == EventKind::exit_sliding;
         };
         listener.stop = [&] { return worker.stopped(); };
+        const Vec<double, P> p = detail::vector_of(stretch.p);
+        const Vec<double, N> x = detail::vector_of(stretch.x);
         using Watched = AnySections<double, N, P>;
         const Watched none;
-        const auto r = detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Watched>(
-                           sys_, stretch.p, stretch.t0, stretch.x, stretch.t0 + stretch.dt,
-                           settings, listener, none, known)
-                           .run();
+        const auto r =
+            detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Watched>(
+                sys_, p, stretch.t0, x, stretch.t0 + stretch.dt, settings, listener, none, known)
+                .run();
         end.status = r.status;
         end.clock = r.clock;
-        end.x = r.x;
+        end.x = detail::plain<N>(r.x);
         end.mode = r.mode.code(surface_count(sys_));
         end.steps = r.counters.steps + r.counters.rejected;
         return end;
