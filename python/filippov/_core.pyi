@@ -9,6 +9,7 @@ _Floats: TypeAlias = NDArray[np.float64]
 
 __version__: Final[str]
 config: Final[dict[str, str | int | bool]]
+seam: Final[dict[str, str]]
 max_event_functions: Final[int]
 
 class _Run(TypedDict):

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._check import integer, number, refuse, time_span, vector, word
+from ._seam import load
 from ._status import Status
 from ._system import System
 from ._types import Floats
@@ -48,7 +48,7 @@ def has_gsl() -> bool:
 
 
 def _module() -> Any:  # noqa: ANN401 - compiled, and there only on demand
-    return importlib.import_module("filippov._gsl") if has_gsl() else None
+    return load("filippov._gsl") if has_gsl() else None
 
 
 def gsl_run(

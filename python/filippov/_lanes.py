@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import importlib.util
 import os
 from typing import Any
@@ -12,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 from . import _core
 from ._check import refuse
+from ._seam import load
 from ._system import System
 
 __all__ = [
@@ -51,7 +51,7 @@ def instruction_set() -> str:
 
 @functools.cache
 def _module(level: str) -> Any:  # noqa: ANN401 - compiled
-    return importlib.import_module(_path(level))
+    return load(_path(level))
 
 
 _made: WeakKeyDictionary[_core.Model, Any] = WeakKeyDictionary()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The private compiled module. Its typed face is the Python package around it.
 #include "bind.hpp"
+#include "lanes/seam.hpp"
 
 #include <filippov/version.hpp>
 
@@ -19,6 +20,7 @@ constexpr const char* compiler = "unknown";
 PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
     namespace fpy = filippov::python;
     m.attr("__version__") = FILIPPOV_VERSION;
+    m.attr("seam") = fpy::seam();
     fpy::bind_status(m);
     fpy::bind_system(m);
     fpy::bind_trajectory(m);

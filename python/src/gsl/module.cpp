@@ -2,6 +2,7 @@
 // GSL's integrators for smoothed systems of formulas. Built from source on demand, in no wheel: a
 // process that loads this module links GSL, which is GPL.
 #include "../lanes/lanes.hpp"
+#include "../lanes/seam.hpp"
 
 #include <filippov/gsl/ode.hpp>
 #include <filippov/tape_system.hpp>
@@ -111,6 +112,7 @@ PYBIND11_MODULE(_gsl, m, py::mod_gil_not_used()) {
     for (const auto& [name, method] : methods)
         names.push_back(name);
     m.attr("methods") = py::tuple(py::cast(names));
+    m.attr("seam") = seam();
     m.def("run", &run);
 }
 

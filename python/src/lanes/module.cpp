@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lanes.hpp"
+#include "seam.hpp"
 
 #include <pybind11/pybind11.h>
 
@@ -44,6 +45,7 @@ py::capsule capsule_of(filippov::python::LanesPointer pointer) {
 PYBIND11_MODULE(FILIPPOV_LANES_MODULE, m, py::mod_gil_not_used()) {
     m.attr("width") = filippov::native_lanes;
     namespace fpy = filippov::python;
+    m.attr("seam") = fpy::seam();
     m.def("lanes", [](const std::string& name, const py::capsule& scalar) {
         return capsule_of(lanes_of(name, held<fpy::ScalarPointer>(scalar, fpy::scalar_capsule)));
     });
