@@ -6,6 +6,8 @@
 #   scripts/stress.sh              all of it, some hours on two cores
 #   scripts/stress.sh sanitize     all tests with the address and undefined behaviour sanitizers
 #   scripts/stress.sh thread       what uses threads, with the thread sanitizer
+#   scripts/stress.sh bindings [test]  the Python package's compiled modules with the same two
+#                                  sanitizers; pytest's arguments, or the tests that reach them most
 #   scripts/stress.sh valgrind     the C++ examples in valgrind
 #   scripts/stress.sh compilers    hard cases and accuracy with g++ and clang, -O0 to -O3, with fused
 #                                  products and without, with and without assertions
@@ -31,6 +33,37 @@ thread() {
         OMP_TOOL_LIBRARIES=$archer TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=1 \
             OMP_NUM_THREADS=4 "build/thread/tests/$test"
     done
+}
+
+bindings() {
+    local folder=$PWD/build/bindings flags tests=("$@")
+    if [ $# -eq 0 ]; then
+        tests=(python/tests/test_{seam,ensemble,bad_input,wrong_calls,definitions,own_systems}.py
+            python/tests/test_{system,trajectory,event,several_surfaces,diagram,lyapunov}.py
+            python/tests/test_{maps,orbit,branch,basins,boundary,results,geometry}.py
+            python/tests/test_hard_cases_*.py)
+    fi
+    # alignment too: modules that are compiled for several instruction sets differ in that first
+    flags="-fsanitize=address,undefined -fno-sanitize=null,object-size,pointer-overflow"
+    flags+=" -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -D_GLIBCXX_ASSERTIONS"
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check \
+        "scikit-build-core>=0.10" "pybind11>=2.13"
+    # beside the package in .venv, which stays as it is
+    CC=gcc CXX=g++ .venv/bin/python -m pip install --quiet --disable-pip-version-check \
+        --no-build-isolation --no-deps --upgrade --target "$folder/site" \
+        -C build-dir="$folder/build" -C cmake.define.FILIPPOV_LEAN=ON \
+        -C cmake.define.FILIPPOV_LANES=all -C cmake.define.CMAKE_CXX_FLAGS="$flags" .
+    # Python itself is not sanitized: its runtime has to come first, and it never frees all
+    (
+        export LD_PRELOAD="$(g++ -print-file-name=libasan.so):$(g++ -print-file-name=libubsan.so)"
+        export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
+        export PYTHONPATH=$folder/site PYTHONMALLOC=malloc MPLBACKEND=Agg
+        for level in $(.venv/bin/python -c \
+            'import filippov._lanes as lanes; print(*lanes.instruction_sets())'); do
+            echo "== lanes: $level"
+            FILIPPOV_SIMD=$level .venv/bin/python -m pytest -p no:cacheprovider "${tests[@]}"
+        done
+    )
 }
 
 valgrind() {
@@ -93,7 +126,7 @@ campaign() {
 if [ $# -gt 0 ]; then
     "$@"
 else
-    for stage in sanitize thread valgrind compilers fuzz campaign; do
+    for stage in sanitize thread bindings valgrind compilers fuzz campaign; do
         "$stage"
     done
 fi
