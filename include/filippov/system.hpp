@@ -279,9 +279,182 @@ concept HasSMax = single_v<Sys> && requires(const Sys& sys, const Params<Sys, S>
     { sys.s_max(p) } -> std::same_as<S>;
 };
 
-/// Explains what a type lacks to be a FilippovSystem, one static_assert a reason.
+/// largest_error(t0, x0, t1, x1, p): how much a step from (t0, x0) to (t1, x1) may err in each
+/// component, whatever the tolerance: where a field changes over a distance that the system knows
+/// and no tolerance does. A system that is made at run time says by `limits_errors()` if it has
+/// something to say.
+template <class Sys, class S>
+concept HasLargestError =
+    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+        { sys.largest_error(t, x, t, x, p) } -> std::same_as<State<Sys, S>>;
+    };
+
+// --- optional members that are there and would be passed over ----------------------------------
+
+namespace detail {
+
+/// Converts to anything: stands for arguments whatever their types.
+struct Anything {
+    template <class T> operator T() const;
+};
+using Series = Taylor<double, 1>;
+
+// Whether a type has a function of this name and this many arguments, be it of the right types or
+// not, const or not.
+template <class Sys>
+concept MeansPeriod = requires(Sys& sys, Anything any) { sys.period(any); } ||
+                      requires(Sys& sys, Anything any) { sys.template period<double>(any); };
+template <class Sys>
+concept MeansSMax = requires(Sys& sys, Anything any) { sys.s_max(any); } ||
+                    requires(Sys& sys, Anything any) { sys.template s_max<double>(any); };
+template <class Sys>
+concept MeansSlidingFlow = requires(Sys& sys, Anything any) {
+    sys.sliding_flow(any, any, any, any);
+} || requires(Sys& sys, Anything any) { sys.template sliding_flow<double>(any, any, any, any); };
+template <class Sys>
+concept MeansEquivalentControl = requires(Sys& sys, Anything any) {
+    sys.equivalent_control(any, any, any);
+} || requires(Sys& sys, Anything any) { sys.template equivalent_control<double>(any, any, any); };
+template <class Sys>
+concept MeansSlideComponents = requires(Sys& sys, Anything any) {
+    sys.slide_components(any, any, any);
+} || requires(Sys& sys, Anything any) { sys.template slide_components<double>(any, any, any); };
+template <class Sys>
+concept MeansSlideField = requires(Sys& sys, Anything any) {
+    sys.slide_field(any, any, any);
+} || requires(Sys& sys, Anything any) { sys.template slide_field<double>(any, any, any); };
+template <class Sys>
+concept MeansGradH =
+    requires(Sys& sys, Anything any) { sys.grad_h(any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.template grad_h<double>(any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.grad_h(any, any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.template grad_h<double>(any, any, any, any); };
+template <class Sys>
+concept MeansHt =
+    requires(Sys& sys, Anything any) { sys.h_t(any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.template h_t<double>(any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.h_t(any, any, any, any); } ||
+    requires(Sys& sys, Anything any) { sys.template h_t<double>(any, any, any, any); };
+// `field` and `jump` are also what people call functions of their own: these take the right types.
+template <class Sys>
+concept MeansField =
+    requires(Sys& sys, const double& t, const State<Sys, double>& x, const Params<Sys, double>& p) {
+        sys.field(t, x, t, p);
+    } ||
+    requires(Sys& sys, const double& t, const State<Sys, double>& x, const Params<Sys, double>& p,
+             const Vec<double, surfaces_v<Sys>>& s) { sys.field(t, x, s, p); };
+template <class Sys>
+concept MeansLargestError = requires(Sys& sys, Anything any) {
+    sys.largest_error(any, any, any, any, any);
+} || requires(Sys& sys, Anything any) {
+    sys.template largest_error<double>(any, any, any, any, any);
+};
+template <class Sys>
+concept MeansJump = requires(Sys& sys, const double& t, const State<Sys, double>& x,
+                             const Params<Sys, double>& p) { sys.jump(0, t, x, p); };
+
+// Whether an optional member is absent, or is found both with double and with the differentiating
+// scalar: what is found with double only would be left out of every derivative in silence. (In
+// this order: nothing is asked of a member that is as it should be.)
+template <class Sys>
+concept PeriodFits = (HasPeriod<Sys, double> && HasPeriod<Sys, Series>) || !MeansPeriod<Sys>;
+template <class Sys>
+concept SMaxFits = (HasSMax<Sys, double> && HasSMax<Sys, Series>) || !MeansSMax<Sys>;
+template <class Sys>
+concept SlidingFlowFits =
+    !single_v<Sys> || (HasSlidingFlow<Sys, double> && HasSlidingFlow<Sys, Series>) ||
+    !MeansSlidingFlow<Sys>;
+template <class Sys>
+concept EquivalentControlFits =
+    !single_v<Sys> || (HasEquivalentControl<Sys, double> && HasEquivalentControl<Sys, Series>) ||
+    !MeansEquivalentControl<Sys>;
+template <class Sys>
+concept SlideComponentsFit =
+    !single_v<Sys> || (HasSlideComponents<Sys, double> && HasSlideComponents<Sys, Series>) ||
+    !MeansSlideComponents<Sys>;
+template <class Sys>
+concept SlideFieldFits =
+    !single_v<Sys> || (HasSlideField<Sys, double> && HasSlideField<Sys, Series>) ||
+    !MeansSlideField<Sys>;
+template <class Sys>
+concept GradHFits = (HasGradH<Sys, double> && HasGradH<Sys, Series>) ||
+                    (HasGradients<Sys, double> && HasGradients<Sys, Series>) || !MeansGradH<Sys>;
+template <class Sys>
+concept HtFits = (HasHt<Sys, double> && HasHt<Sys, Series>) ||
+                 (HasGradients<Sys, double> && HasGradients<Sys, Series>) || !MeansHt<Sys>;
+template <class Sys>
+concept FieldFits = (HasField<Sys, double> && HasField<Sys, Series>) || !MeansField<Sys>;
+template <class Sys>
+concept LargestErrorFits =
+    (HasLargestError<Sys, double> && HasLargestError<Sys, Series>) || !MeansLargestError<Sys>;
+template <class Sys>
+concept JumpFits = has_jumps_v<Sys> || !MeansJump<Sys>;
+
+/// Refuses optional members that are there and cannot be used, one static_assert a member.
+template <class Sys> constexpr void require_optional_members() {
+    static_assert(
+        HasSides<Sys, double> == HasSides<Sys, Series> &&
+            HasRegions<Sys, double> == HasRegions<Sys, Series> &&
+            HasOneField<Sys, double> == HasOneField<Sys, Series>,
+        "filippov: `f1` and `f2`, `region` or `f` must be templates over the scalar S, so "
+        "that they can be differentiated, also beside other forms of the fields");
+    static_assert(JumpFits<Sys>,
+                  "filippov: `jump` is there and no surface is of kind `jump`: name it in `static "
+                  "constexpr std::array<SurfaceKind, surfaces> kinds`");
+    static_assert(PeriodFits<Sys>,
+                  "filippov: `period` is there and cannot be used: expected `template <class S> S "
+                  "period(const Vec<S, n_params>& p) const` returning exactly S");
+    static_assert(SMaxFits<Sys>,
+                  "filippov: `s_max` is there and cannot be used: expected one switching surface "
+                  "and `template <class S> S s_max(const Vec<S, n_params>& p) const` returning "
+                  "exactly S");
+    static_assert(SlidingFlowFits<Sys>,
+                  "filippov: `sliding_flow` is there and cannot be used: expected `template <class "
+                  "S> Vec<S, dim> sliding_flow(const S& t, const Vec<S, dim>& x, const Vec<S, "
+                  "n_params>& p, const S& dt) const` returning exactly Vec<S, dim>");
+    static_assert(EquivalentControlFits<Sys>,
+                  "filippov: `equivalent_control` is there and cannot be used: expected `template "
+                  "<class S> S equivalent_control(const S& t, const Vec<S, dim>& x, const Vec<S, "
+                  "n_params>& p) const` returning exactly S");
+    static_assert(SlideComponentsFit<Sys>,
+                  "filippov: `slide_components` is there and cannot be used: expected `template "
+                  "<class S> Vec<S, 2> slide_components(const S& t, const Vec<S, dim>& x, const "
+                  "Vec<S, n_params>& p) const` returning exactly Vec<S, 2>");
+    static_assert(SlideFieldFits<Sys>,
+                  "filippov: `slide_field` is there and cannot be used: expected, besides "
+                  "`slide_components`, `template <class S> Vec<S, dim> slide_field(const S& t, "
+                  "const Vec<S, dim>& x, const Vec<S, n_params>& p) const` returning exactly "
+                  "Vec<S, dim>");
+    static_assert(GradHFits<Sys>,
+                  "filippov: `grad_h` is there and cannot be used: expected `template <class S> "
+                  "Vec<S, dim> grad_h(const S& t, const Vec<S, dim>& x, const Vec<S, n_params>& p) "
+                  "const` returning exactly Vec<S, dim>; of several surfaces `grad_h(int j, t, x, "
+                  "p)` and `h_t(int j, t, x, p)`, both");
+    static_assert(HtFits<Sys>,
+                  "filippov: `h_t` is there and cannot be used: expected `template <class S> S "
+                  "h_t(const S& t, const Vec<S, dim>& x, const Vec<S, n_params>& p) const` "
+                  "returning exactly S; of several surfaces `grad_h(int j, t, x, p)` and `h_t(int "
+                  "j, t, x, p)`, both");
+    static_assert(FieldFits<Sys>,
+                  "filippov: `field` is there and cannot be used: expected `template <class S> "
+                  "Vec<S, dim> field(const S& t, const Vec<S, dim>& x, const S& s, const Vec<S, "
+                  "n_params>& p) const` returning exactly Vec<S, dim>; s is Vec<S, surfaces> for "
+                  "several surfaces");
+    static_assert(LargestErrorFits<Sys>,
+                  "filippov: `largest_error` is there and cannot be used: expected `template "
+                  "<class S> Vec<S, dim> largest_error(const S& t0, const Vec<S, dim>& x0, const "
+                  "S& t1, const Vec<S, dim>& x1, const Vec<S, n_params>& p) const` returning "
+                  "exactly Vec<S, dim>");
+}
+
+} // namespace detail
+
+/// Explains what a type lacks to be a FilippovSystem, or what is wrong with one of its optional
+/// members, one static_assert a reason.
 template <class Sys> constexpr void require_system() {
-    if constexpr (!FilippovSystem<Sys>) {
+    if constexpr (FilippovSystem<Sys>) {
+        detail::require_optional_members<Sys>();
+    } else {
         constexpr bool has_dim = requires { requires Sys::dim >= 1; };
         static_assert(has_dim, "filippov: a system needs `static constexpr int dim` >= 1");
         if constexpr (has_dim) {
@@ -401,16 +574,6 @@ template <class R, class Sys> R derivative_error([[maybe_unused]] const Sys& sys
         return R(100) * epsilon<R>;
 }
 
-/// largest_error(t0, x0, t1, x1, p): how much a step from (t0, x0) to (t1, x1) may err in each
-/// component, whatever the tolerance: where a field changes over a distance that the system knows
-/// and no tolerance does. A system that is made at run time says by `limits_errors()` if it has
-/// something to say.
-template <class Sys, class S>
-concept HasLargestError =
-    requires(const Sys& sys, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
-        { sys.largest_error(t, x, t, x, p) } -> std::same_as<State<Sys, S>>;
-    };
-
 /// How many parameters are given: all, unless the system computes the last ones from the others.
 template <class Sys> int given_params([[maybe_unused]] const Sys& sys) {
     if constexpr (requires { sys.given(); })
@@ -448,8 +611,17 @@ template <class Sys, class S> S s_max(const Sys& sys, const Params<Sys, S>& p) {
         return S(1);
 }
 
+/// True of systems that say what their parameters are if nobody does, or have none.
+template <class Sys>
+inline constexpr bool has_defaults_v = params_v<Sys> == 0 || requires { Sys::defaults; } ||
+                                       requires(const Sys& sys) { sys.default_values(); };
+
 /// The system's default parameters: `defaults` if it has them, else zeros.
 template <class Sys, class S = double> Params<Sys, S> default_params() {
+    static_assert(
+        !requires(const Sys& sys) { sys.default_values(); },
+        "filippov: the defaults of a system that is made at run time are its own: "
+        "all_params<S>(sys, default_values(sys))");
     Params<Sys, S> p;
     for (int i = 0; i < params_v<Sys>; ++i) {
         if constexpr (requires { Sys::defaults; }) {

@@ -1,0 +1,18 @@
+// expect: filippov: `period` is there and cannot be used: expected
+#include <filippov/system.hpp>
+
+template <class S, int N> using Vec = filippov::Vec<S, N>;
+
+struct PeriodNotConst {
+    static constexpr int dim = 2;
+    template <class S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(1)};
+    }
+    template <class S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-1)};
+    }
+    template <class S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <class S> S period(const Vec<S, 0>&) { return S(6.5); }
+};
+
+int main() { filippov::require_system<PeriodNotConst>(); }

@@ -1,0 +1,25 @@
+// expect: filippov: `slide_field` is there and cannot be used: expected
+#include <filippov/system.hpp>
+
+template <class S, int N> using Vec = filippov::Vec<S, N>;
+
+struct SlideFieldForDoubleOnly {
+    static constexpr int dim = 2;
+    template <class S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(1)};
+    }
+    template <class S> Vec<S, 2> f2(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], S(-1)};
+    }
+    template <class S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <class S>
+    Vec<S, 2> slide_components(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(1), S(-1)};
+    }
+    Vec<double, 2> slide_field(const double&, const Vec<double, 2>& x,
+                               const Vec<double, 0>&) const {
+        return x;
+    }
+};
+
+int main() { filippov::require_system<SlideFieldForDoubleOnly>(); }
