@@ -74,6 +74,7 @@ FLOORS: list[list[str]] = [
         "accumulation",
         "counters",
         "settings",
+        "arguments",
         "smoothing",
         "time_stepping",
         "observers",

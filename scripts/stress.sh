@@ -8,6 +8,8 @@
 #   scripts/stress.sh thread       what uses threads, with the thread sanitizer
 #   scripts/stress.sh bindings [test]  the Python package's compiled modules with the same two
 #                                  sanitizers; pytest's arguments, or the tests that reach them most
+#   scripts/stress.sh memory       wrong arguments and parameters that were not given, with the
+#                                  memory sanitizer
 #   scripts/stress.sh valgrind     the C++ examples in valgrind
 #   scripts/stress.sh compilers    hard cases and accuracy with g++ and clang, -O0 to -O3, with fused
 #                                  products and without, with and without assertions
@@ -64,6 +66,15 @@ bindings() {
             FILIPPOV_SIMD=$level .venv/bin/python -m pytest -p no:cacheprovider "${tests[@]}"
         done
     )
+}
+
+memory() {
+    # one program, all of it instrumented: Catch2's library is not
+    mkdir -p build/memory
+    clang++-16 -std=c++20 -O1 -g1 -fsanitize=memory -fno-sanitize-recover=all \
+        -DFILIPPOV_NO_FORCED_INLINING -Iinclude -isystem /usr/include/eigen3 \
+        tests/memory/main.cpp -o build/memory/arguments
+    build/memory/arguments
 }
 
 valgrind() {
@@ -126,7 +137,7 @@ campaign() {
 if [ $# -gt 0 ]; then
     "$@"
 else
-    for stage in sanitize thread bindings valgrind compilers fuzz campaign; do
+    for stage in sanitize thread memory bindings valgrind compilers fuzz campaign; do
         "$stage"
     done
 fi

@@ -94,18 +94,19 @@ Listener<S, N, M> scripted(Obs& observer, Script<S, M>* script) {
 ///
 /// A solution may slide on a repulsive surface and leave it at any later time. Of these the one
 /// that stays is followed; it chooses again where it meets another surface.
-/// @param most  solutions at most
+/// @param params  `{}`: the defaults
+/// @param most    solutions at most
 /// @error std::invalid_argument as in `flow`, and for most < 1
 /// @cost  one run a solution
 template <class Tableau = DormandPrince5, bool Dense = true, class Sys, class S,
           class Sec = Sections<>>
-Solutions<Sys, S> simulate_all(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
-                               const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
-                               std::type_identity_t<S> t_end,
-                               const Settings<S, dim_v<Sys>>& settings = {}, int most = 64,
-                               const Sec& watched = {}) {
+Solutions<Sys, S>
+simulate_all(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim_v<Sys>>& x0,
+             std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
+             const Settings<S, dim_v<Sys>>& settings = {}, int most = 64, const Sec& watched = {}) {
     constexpr int M = surfaces_v<Sys>;
     detail::require_positive("most", most);
+    const Params<Sys, S> p = params.of(sys);
     Solutions<Sys, S> solutions;
     Script<S, M> script;
     do {

@@ -91,9 +91,9 @@ public:
     PeriodJet period(const Vector& p, const Directions& along) const override {
         using Inner = Dual<double, 2>;
         using D = Dual<Inner, 2>;
-        std::vector<D> q(p.begin(), p.end());
+        std::vector<D> q(sized(p).begin(), p.end());
         for (int k = 0; k < 2; ++k)
-            if (const int i = along.active[std::size_t(k)]; i >= 0) {
+            if (const int i = moving_parameter(along, k); i >= 0) {
                 D& moves = q[std::size_t(i)];
                 moves = D(Inner::variable(p[i], k));
                 moves.d[std::size_t(k)] = Inner(1);
@@ -359,6 +359,9 @@ private:
     }
     template <class D>
     D quantity_of(const Quantity& q, const D& t, const Vec<D, N>& x, const Vec<D, P>& p) const {
+        require_surface(q.surface);
+        if (q.order < 0)
+            refuse("q.order", q.order, "expected an integer from 0 to 3");
         const Mode<M> slide = mode_with(q.slide);
         const auto margin = [&](const auto& time, const auto& y, const auto& r) {
             using S = std::remove_cvref_t<decltype(time)>;
@@ -384,6 +387,8 @@ private:
     // --- seeds and jets ------------------------------------------------------------------------
 
     template <int Count, class Use> Jet with_scalar(const Directions& along, Use use) const {
+        if (along.v != nullptr && along.v->size() != n_ + 4)
+            refuse("along.v.size()", along.v->size(), "expected dim + 4 entries");
         if (along.v == nullptr)
             return use(static_cast<const Dual<double, Count>*>(nullptr));
         if constexpr (single_v<Sys>)
@@ -411,9 +416,39 @@ private:
         x.d[std::size_t(i)] = 1.0;
         return x;
     }
-    Mode<M> mode_with(int code) const { return mode_of<M>(code, surface_count(sys_)); }
+    // What is read here came from outside: nothing is read beyond its end.
+
+    const Vector& sized(const Vector& p) const {
+        if (p.size() != given_params(sys_))
+            refuse("p.size()", p.size(), "expected one entry a parameter");
+        return p;
+    }
+    const Vector& of_dim(const Vector& x) const {
+        if (x.size() != n_)
+            refuse("x.size()", x.size(), "expected dim entries");
+        return x;
+    }
+    void require_surface(int j) const {
+        if (!(j >= 0 && j < surface_count(sys_)))
+            refuse("surface", j, "expected an index of a surface");
+    }
+    /// Parameter k that moves, -1: none.
+    int moving_parameter(const Directions& along, int k) const {
+        const int i = along.active[std::size_t(k)];
+        if (!(i >= -1 && i < given_params(sys_)))
+            refuse("along.active", i, "expected an index of a parameter, or -1");
+        return i;
+    }
+    Mode<M> mode_with(int code) const {
+        int largest = 0;
+        for (int j = 0; j < surface_count(sys_); ++j)
+            largest = 3 * largest + 1;
+        if (!(std::abs(code) <= largest))
+            refuse("mode", code, "expected the code of a mode, see Mode::code");
+        return mode_of<M>(code, surface_count(sys_));
+    }
     int code_of(const Mode<M>& mode) const { return mode.code(surface_count(sys_)); }
-    Vec<double, P> values_of(const Vector& p) const { return all_params<double>(sys_, p); }
+    Vec<double, P> values_of(const Vector& p) const { return all_params<double>(sys_, sized(p)); }
     /// Local time within the period: what the fields see.
     double local(double t, const Vector& p) const {
         return Clock<double>::at(t, filippov::period(sys_, values_of(p))).local;
@@ -421,7 +456,7 @@ private:
     template <class D> D time_of(double t, const Directions& along) const {
         return variable<D>(t, N, along);
     }
-    X point(const Vector& x) const { return padded<N>(x, n_); }
+    X point(const Vector& x) const { return padded<N>(of_dim(x), n_); }
     /// The components that there are.
     Vector cut(const X& x) const {
         Vector given(n_);
@@ -429,6 +464,7 @@ private:
         return given;
     }
     template <class D> Vec<D, N> state_of(const Vector& x, const Directions& along) const {
+        of_dim(x);
         Vec<D, N> y = Vec<D, N>::Constant(D(0.0));
         for (int i = 0; i < n_; ++i)
             y[i] = variable<D>(x[i], i, along);
@@ -436,9 +472,9 @@ private:
     }
     template <class D> Vec<D, P> params_of(const Vector& p, const Directions& along) const {
         constexpr int first = int(std::tuple_size_v<decltype(D::d)>) - 2;
-        std::vector<D> q(p.begin(), p.end());
+        std::vector<D> q(sized(p).begin(), p.end());
         for (int k = 0; k < 2; ++k)
-            if (const int i = along.active[std::size_t(k)]; i >= 0)
+            if (const int i = moving_parameter(along, k); i >= 0)
                 q[std::size_t(i)] = variable<D>(p[i], first + k, along);
         return all_params<D>(sys_, q);
     }

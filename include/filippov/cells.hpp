@@ -153,6 +153,7 @@ CellImages cell_images(const CellGrid& grid, const Map& map, const Parallel& how
     using From = std::span<const std::array<double, 2>>;
     using To = std::span<std::array<double, 2>>;
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    detail::require_callable("map", map);
     const auto cells = static_cast<std::size_t>(grid.cells());
     CellImages result{std::vector<std::int32_t>(cells, CellGrid::unresolved)};
     Parallel counted = how;

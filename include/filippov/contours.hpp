@@ -349,6 +349,7 @@ inline void validate(const ContourSettings& s) {
 inline Contours trace_contours(const PointLabeller& labeller, int rows, int columns,
                                const ContourSettings& settings = {},
                                std::span<const std::int32_t> known = {}) {
+    detail::require_callable("labeller", labeller);
     detail::validate(settings);
     const CellGrid grid({0, 0, 1, rows}, {1, 0, 1, columns}); // refuses numbers that make no sense
     if (!known.empty() && known.size() != std::size_t(grid.cells()))

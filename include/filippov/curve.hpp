@@ -257,6 +257,7 @@ inline std::vector<Curve> trace_connected(const AnySystem& system, const Box& bo
                                           const CurveStart& start,
                                           const BranchSettings& settings = {},
                                           std::size_t most = 16) {
+    detail::require_positive("most", static_cast<long long>(most));
     CurveTracer tracer(system, box, settings);
     std::vector<Curve> all{tracer.trace(start)};
     std::vector<Vector> left; // points whose curves have been followed

@@ -230,7 +230,8 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
         refuse("section.strobe", 1, "expected a system with a period");
     if (!(d.section.direction >= -1 && d.section.direction <= 1))
         refuse("section.direction", d.section.direction, "expected -1, 0 or +1");
-    if (!(d.section.surface >= -1))
+    const bool any_index = d.section.strobe || d.section.events.has(EventKind::section);
+    if (!(d.section.surface >= -1 && (any_index || d.section.surface < M)))
         refuse("section.surface", d.section.surface, "expected an index, or -1");
     if (!d.section.strobe && d.section.events.has(EventKind::section) && d.section.direction != 0)
         refuse("section.direction", d.section.direction, "expected 0: sections have their own");
@@ -295,7 +296,7 @@ bifurcation_diagram(const Sys& sys, std::span<const Params<Sys, std::type_identi
                     const Sec& watched = {}) {
     require_system<Sys>();
     detail::validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
-    validate_start(x0, S(0), S(1), default_params<Sys, S>(), 0);
+    validate_start(x0, S(0), S(1), Params<Sys, S>(Params<Sys, S>::Constant(S(0))), 0);
     std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
     const std::size_t n = params.size();
     const std::size_t items =

@@ -156,6 +156,7 @@ template <class S, int N, int P, int Capacity = 16> struct DynamicSections {
     }
     int direction(int q) const { return all[std::size_t(q)].direction; }
     bool terminal(int q) const { return all[std::size_t(q)].terminal; }
+    bool callable(int q) const { return bool(all[std::size_t(q)].value); }
 };
 
 } // namespace filippov

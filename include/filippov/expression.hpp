@@ -89,7 +89,9 @@ public:
     Expr param(int k) { return node({Op::param, {-1, -1, -1}, k}); }
 
     /// Makes an external function known; its number.
+    /// @error std::invalid_argument for one that is empty or whose sizes do not fit together
     int add_function(std::shared_ptr<const External> f) {
+        validate(f.get());
         functions_.push_back(std::move(f));
         return int(functions_.size()) - 1;
     }

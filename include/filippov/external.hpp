@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,28 @@ struct External {
 
     int inputs() const { return 1 + dim + params; }
 };
+
+/// Refuses a function that could not be called, or differentiated without reading beyond its sizes.
+inline void validate(const External* f) {
+    const auto demand = [](bool holds, const std::string& expectation) {
+        if (!holds)
+            throw std::invalid_argument("filippov: external function: expected " + expectation);
+    };
+    demand(f != nullptr, "one, not null");
+    demand(bool(f->value), "a value(t, x, p, out), not an empty one");
+    demand(f->dim >= 0 && f->params >= 0 && f->outputs > 0, "dim, params >= 0 and outputs > 0");
+    demand(f->scale.size() == std::size_t(f->inputs()),
+           "scale with one entry for time, each component and each parameter");
+    for (const double size : f->scale)
+        demand(size > 0 && size < std::numeric_limits<double>::infinity(),
+               "finite numbers > 0 in scale");
+    if (f->jacobian) {
+        validate(f->jacobian.get());
+        demand(f->jacobian->dim == f->dim && f->jacobian->params == f->params &&
+                   f->jacobian->outputs == f->outputs * f->dim,
+               "a jacobian of the same inputs with outputs * dim outputs");
+    }
+}
 
 /// An external function of any scalar.
 /// @param out  `outputs` numbers

@@ -107,6 +107,7 @@ inline Multipliers sorted_multipliers(const AnySystem& system, const Matrix& red
 /// @param arcs  derivatives of the segments, if they are known: see Shooting::arcs_in
 inline Multipliers floquet(const AnySystem& system, const Cycle& c,
                            const std::vector<Jet>& arcs = {}) {
+    detail::require_cycle(system, c);
     const std::size_t n = c.size();
     std::size_t first = 0; // the end of a slide, if there is one, on most surfaces at once
     int most = 1;

@@ -13,15 +13,6 @@
 
 namespace filippov {
 
-/// A start at an event that is known already: the end of a slide, say, where an iterate of a map
-/// begins. `guard` counts as met in mode `before`, and the engine judges how the solution goes on.
-template <int M> struct KnownStart {
-    Mode<M> before{};
-    int guard = -1; ///< see Guard; -1: nothing is known of the start
-    /// The start slides, and so do its neighbours: for derivatives within the surfaces slid on.
-    bool held = false;
-};
-
 namespace detail {
 
 /// The loop of `flow`, with its bookkeeping of events.
@@ -766,7 +757,7 @@ private:
 
 /// Follows the Filippov solution from x0 at t0 to t_end (backwards if t_end < t0).
 ///
-/// @param p         parameters, shape (n_params,)
+/// @param params    shape (n_params,); `{}`: the defaults
 /// @param x0        start, shape (dim,)
 /// @param observer  what to keep, see observers.hpp
 /// @param watched   user sections, see event.hpp
@@ -778,13 +769,17 @@ template <class Tableau = DormandPrince5, class Sys, std::floating_point S, clas
           class Sec = Sections<>>
     requires Observer<Obs, S, dim_v<Sys>, surfaces_v<Sys>>
 FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
-flow(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p, const Vec<S, dim_v<Sys>>& x0,
+flow(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim_v<Sys>>& x0,
      std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
      const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
      const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     require_system<Sys>();
+    const Params<Sys, S> p = params.of(sys);
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
+    detail::validate_known_start(sys, known_start);
+    detail::validate_sections(watched);
+    detail::validate_observer(observer, t0, t_end);
     const auto run = [&]<class Watched>(const Watched& sections) {
         return detail::Flow<Sys, S, Tableau, Obs, Watched>(sys, p, t0, x0, t_end, settings,
                                                            observer, sections, known_start)

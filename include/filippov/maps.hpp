@@ -223,6 +223,8 @@ public:
     std::optional<ExitPoint> exit_point(const Transition& at) const {
         const auto& nodes = curve(at.boundary);
         const double phase = wrapped(at.phase);
+        if (!std::isfinite(phase))
+            return std::nullopt;
         const auto k = std::size_t(std::lround(phase / turn * double(nodes.size())));
         const Vector& near = nodes[k % nodes.size()];
         if (near.size() == 0)
@@ -243,7 +245,12 @@ public:
         return (known->x - x).lpNorm<1>() <= 1e-6 * size;
     }
     /// P_trans^iterate.
+    /// @error std::invalid_argument for a boundary, a phase or a number that make no sense
     Image operator()(const Transition& from, int iterate = 1) const {
+        curve(from.boundary); // refuses another
+        if (!std::isfinite(from.phase))
+            detail::refuse("from.phase", from.phase, "expected a finite number");
+        detail::require_positive("iterate", iterate);
         Image total;
         total.to = {from.boundary, wrapped(from.phase)};
         total.slope = 1;

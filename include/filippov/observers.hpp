@@ -7,9 +7,14 @@
 #include <filippov/event.hpp>
 #include <filippov/mode.hpp>
 #include <filippov/runge_kutta.hpp>
+#include <filippov/settings.hpp>
 
+#include <cmath>
+#include <cstddef>
 #include <functional>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace filippov {
@@ -34,7 +39,8 @@ template <class S, int N, int M> struct StepView {
 /// a slide may follow. An optional `on_limit(clock, mode)` hears that events accumulated, after the
 /// step that leads past them, and in which mode the solution is held from there on. An optional
 /// `choose(verdict)` names one of a Verdict's options where the solution is not unique, -1 to leave
-/// that to the policy.
+/// that to the policy. An optional `prepare(t0, t_end)` is called before any work, and may refuse
+/// the run by std::invalid_argument.
 template <class O, class S, int N, int M>
 concept Observer = requires(O& o, const Event<S, N, M>& event) {
     { O::wants_steps } -> std::convertible_to<bool>;
@@ -118,7 +124,12 @@ template <class S, int N, int M> struct EventLog {
     void on_event(const Event<S, N, M>& event) { events.push_back(event); }
 };
 
-/// Keeps the state at given times (monotone in the direction of the run), and the events.
+/// Keeps the state at given times, and the events. Of a run that ended early there are the states
+/// up to its end. Each run begins with nothing kept; at a jump the state before it is kept.
+///
+/// The times, if there are any, lie from t0 to t_end in the order in which the run meets them:
+/// rising, or falling where it runs backwards. A time that is there twice is kept twice.
+/// @error std::invalid_argument, by the run, for other times
 template <class S, int N, int M> struct OutputTimes {
     static constexpr bool wants_steps = true;
     std::span<const S> times;
@@ -126,6 +137,23 @@ template <class S, int N, int M> struct OutputTimes {
     std::vector<Mode<M>> modes{};
     std::vector<Event<S, N, M>> events{};
 
+    void prepare(const S& t0, const S& t_end) {
+        states.clear();
+        modes.clear();
+        events.clear();
+        const S direction = t_end < t0 ? S(-1) : S(1);
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            if (!std::isfinite(times[k]))
+                refuse_time(k, "expected a finite number");
+            if (direction * (times[k] - t0) < S(0))
+                refuse_time(k, "expected no time before the start, t0 = " + digits(t0));
+            if (direction * (times[k] - t_end) > S(0))
+                refuse_time(k, "expected no time after the end, t_end = " + digits(t_end));
+            if (k > 0 && direction * (times[k] - times[k - 1]) < S(0))
+                refuse_time(k, "expected the order in which the run meets them, after times[" +
+                                   std::to_string(k - 1) + "] = " + digits(times[k - 1]));
+        }
+    }
     void on_event(const Event<S, N, M>& event) {
         events.push_back(event);
         // A time at an end of the run is the state there, also where no step was taken.
@@ -147,6 +175,17 @@ private:
     void keep(const Vec<S, N>& x, const Mode<M>& mode) {
         states.push_back(x);
         modes.push_back(mode);
+    }
+    /// All of them: times that differ by rounding are told apart.
+    static std::string digits(const S& t) {
+        char text[48];
+        std::snprintf(text, sizeof text, "%.*Lg", std::numeric_limits<S>::max_digits10,
+                      static_cast<long double>(t));
+        return text;
+    }
+    [[noreturn]] void refuse_time(std::size_t k, const std::string& expectation) const {
+        throw std::invalid_argument("filippov: times[" + std::to_string(k) +
+                                    "] = " + digits(times[k]) + ": " + expectation);
     }
 };
 

@@ -154,13 +154,24 @@ inline std::string surface_jumps_at(double t) {
 
 /// How an orbit is looked for.
 struct OrbitSearch {
-    double transient = 200;  ///< before it: forcing periods, or time for an autonomous system
-    int max_turns = 32;      ///< longest orbit, forcing periods
-    double window = 200;     ///< time in which an autonomous orbit has to return
-    double closeness = 1e-3; ///< of a return, relative to the orbit's size
+    double transient = 200;  ///< before it: forcing periods, or time for an autonomous system; >= 0
+    int max_turns = 32;      ///< longest orbit, forcing periods, > 0
+    double window = 200;     ///< time in which an autonomous orbit has to return, > 0
+    double closeness = 1e-3; ///< of a return, relative to the orbit's size, > 0
 };
 
 namespace detail {
+
+inline void validate(const OrbitSearch& s) {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    if (!(s.transient >= 0 && s.transient < inf))
+        refuse("transient", s.transient, "expected a finite number >= 0");
+    require_positive("max_turns", s.max_turns);
+    if (!(s.window > 0 && s.window < inf))
+        refuse("window", s.window, "expected a finite number > 0");
+    if (!(s.closeness > 0 && s.closeness < inf))
+        refuse("closeness", s.closeness, "expected a finite number > 0");
+}
 
 /// The orbit that a solution comes back to from x at phase zero: the first stable one, else the
 /// first.
@@ -260,6 +271,8 @@ inline bool same_orbit(const AnySystem& system, const Cycle& a, const Cycle& b) 
 inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
                     const OrbitSearch& search = {}) {
     detail::refuse_jumps(system);
+    detail::require_point(system, 0, x0, p, "x0");
+    detail::validate(search);
     Orbit found;
     if (!system.forced() && depends_on_time(system, 0.1, x0, p)) {
         found.status = Status::not_converged;
@@ -296,6 +309,9 @@ inline Orbit settle(const AnySystem& system, const Vector& p, const Vector& x0,
 inline Orbit orbit_near(const AnySystem& system, const Vector& p, double t0, const Vector& x0,
                         int turns, const OrbitSearch& search = {}) {
     detail::refuse_jumps(system);
+    detail::require_point(system, t0, x0, p, "x0");
+    detail::require_positive("turns", turns);
+    detail::validate(search);
     Orbit none;
     const double T = system.period(p, {}).value;
     const double span = system.forced() ? turns * T : search.window;

@@ -14,10 +14,20 @@
 
 namespace filippov {
 
-/// A member of an ensemble: where a run starts and ends.
+/// A vector that is NaN until it is given: what was forgotten is refused, and never memory.
+template <int K> struct GivenVec : Vec<double, K> {
+    GivenVec()
+        : Vec<double, K>(Vec<double, K>::Constant(std::numeric_limits<double>::quiet_NaN())) {}
+    using Vec<double, K>::Vec;
+    GivenVec(const Vec<double, K>& given) : Vec<double, K>(given) {}
+    using Vec<double, K>::operator=;
+};
+
+/// A member of an ensemble: where a run starts and ends. A start or parameters that were not given
+/// end it as `not_finite`.
 template <int N, int P> struct Member {
-    Vec<double, N> x;
-    Vec<double, P> p;
+    GivenVec<N> x{};
+    GivenVec<P> p{};
     double t0 = 0, t_end = 0;
 };
 

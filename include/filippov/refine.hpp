@@ -392,6 +392,7 @@ private:
 ///                  coarse times twelve labels; memory 24 bytes a square and 24 a point of a round
 template <class Labeller>
 Refined refine(Labeller&& labeller, const Rectangle& box, const RefineSettings& settings = {}) {
+    detail::require_callable("labeller", labeller);
     detail::validate(box);
     detail::validate(settings);
     return detail::Refinement<std::remove_reference_t<Labeller>>(labeller, box, settings).run();

@@ -2,6 +2,7 @@
 // Follows one forced mode until something happens. No judgement: what a contact means is for flow.
 #pragma once
 
+#include <filippov/arguments.hpp>
 #include <filippov/control.hpp>
 #include <filippov/first_step.hpp>
 #include <filippov/landing.hpp>
@@ -639,13 +640,15 @@ template <class S, int N, int M> struct SegmentResult {
 /// @error std::invalid_argument as in `flow`; else a Status
 template <class Tableau, class Sys, std::floating_point S, class Obs>
 SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
-segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
-        const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
-        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings,
-        Obs& observer) {
+segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v<Sys>>& mode,
+        const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
+        int target, const Settings<S, dim_v<Sys>>& settings, Obs& observer) {
     require_system<Sys>();
+    const Params<Sys, S> p = params.of(sys);
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
+    detail::validate_forced(sys, mode, target);
+    detail::validate_observer(observer, t0, t_end);
     using Sec = std::conditional_t<std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>,
                                    AnySections<S, dim_v<Sys>, params_v<Sys>>, Sections<>>;
     const Sec none;
@@ -668,11 +671,11 @@ segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
 /// The same, and nothing kept on the way.
 template <class Tableau, class Sys, std::floating_point S>
 SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
-segment(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
-        const Mode<surfaces_v<Sys>>& mode, const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
-        std::type_identity_t<S> t_end, int target, const Settings<S, dim_v<Sys>>& settings) {
+segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v<Sys>>& mode,
+        const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
+        int target, const Settings<S, dim_v<Sys>>& settings) {
     Nothing nothing;
-    return segment<Tableau>(sys, p, mode, x0, t0, t_end, target, settings, nothing);
+    return segment<Tableau>(sys, params, mode, x0, t0, t_end, target, settings, nothing);
 }
 
 } // namespace filippov

@@ -4,10 +4,12 @@
 
 #include <filippov/mode.hpp>
 
+#include <concepts>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace filippov {
 
@@ -47,8 +49,79 @@ inline void require_positive(const std::string& argument, long long n) {
     if (!(n > 0))
         refuse(argument, n, "expected an integer > 0");
 }
+/// Of what may be an empty std::function.
+template <class F> void require_callable(const std::string& argument, const F& f) {
+    if constexpr (requires {
+                      static_cast<bool>(f);
+                      f == nullptr;
+                  })
+        if (f == nullptr)
+            throw std::invalid_argument("filippov: " + argument +
+                                        ": expected a function, not an empty one");
+}
+
+/// See GivenParams.
+template <class Sys, class S> class ParamsArgument {
+    using Values = Params<Sys, S>;
+    static constexpr int P = params_v<Sys>;
+
+public:
+    /// The defaults.
+    ParamsArgument() {
+        static_assert(has_defaults_v<Sys>,
+                      "filippov: `{}` for the parameters of a system that has parameters and no "
+                      "`defaults`: give their values, or write `static constexpr "
+                      "std::array<double, n_params> defaults`");
+    }
+    /// A vector, or an expression of one.
+    /// @error std::invalid_argument for one of another length
+    template <class Given>
+        requires std::convertible_to<const Given&, Values>
+    ParamsArgument(const Given& given) : values_(checked(given)), given_(true) {}
+    /// One value each, in braces.
+    template <class... Value>
+        requires(sizeof...(Value) >= 2 && ((std::convertible_to<const Value&, S> &&
+                                            !std::convertible_to<const Value&, Values>) &&
+                                           ...))
+    ParamsArgument(const Value&... value) : given_(true) {
+        static_assert(sizeof...(Value) == P,
+                      "filippov: expected one value for each of the system's `params`");
+        int i = 0;
+        ((values_[i++] = S(value)), ...);
+    }
+
+    /// Those of this system.
+    Values of(const Sys& sys) const {
+        return given_ ? values_ : all_params<S>(sys, default_values(sys));
+    }
+
+private:
+    template <class Given> static const Given& checked(const Given& given) {
+        if constexpr (requires { Given::SizeAtCompileTime; }) {
+            constexpr int size = int(Given::SizeAtCompileTime);
+            static_assert(size == Eigen::Dynamic || size == P,
+                          "filippov: expected one value for each of the system's `params`");
+            if (given.size() != P)
+                refuse("params.size()", static_cast<long long>(given.size()),
+                       "expected one value for each of the system's " + std::to_string(P) +
+                           " parameters");
+        }
+        return given;
+    }
+
+    Values values_ = Values::Constant(S(0));
+    bool given_ = false;
+};
 
 } // namespace detail
+
+/// The parameters that a function is given: a vector, or `{}` for the system's defaults.
+///
+/// Public functions take them as this, so that `{}` never is a vector that nobody has filled: that
+/// is what Eigen makes of it. A vector that was declared and not filled cannot be told from others.
+template <class Sys, class S>
+using GivenParams =
+    std::type_identity_t<detail::ParamsArgument<Sys, S>>; // nothing is deduced of it
 
 /// Refuses settings that make no sense, before any work.
 /// @error std::invalid_argument naming argument, value and expectation

@@ -46,6 +46,21 @@ inline Cycle rotated(const Cycle& c, std::size_t k) {
     return r;
 }
 
+/// A cycle that comes from outside: as many letters and states as times, states of the system's.
+inline void require_cycle(const AnySystem& system, const Cycle& c) {
+    if (c.t.empty())
+        refuse("cycle.t.size()", 0, "expected at least one node");
+    if (c.word.letters.size() != c.t.size())
+        refuse("cycle.word.letters.size()", double(c.word.letters.size()),
+               "expected one letter a node");
+    if (c.x.size() != c.t.size())
+        refuse("cycle.x.size()", double(c.x.size()), "expected one state a node");
+    for (std::size_t i = 0; i < c.x.size(); ++i)
+        if (c.x[i].size() != system.dim())
+            refuse("cycle.x[" + std::to_string(i) + "].size()", double(c.x[i].size()),
+                   "expected dim entries");
+}
+
 } // namespace detail
 
 /// The equations of the periodic orbits of a word.
@@ -66,7 +81,9 @@ public:
     Shooting(const AnySystem& system, Cycle start, std::array<int, 2> active = {-1, -1},
              int tangent_node = -1)
         : system_(&system), start_(std::move(start)), active_(active), dim_(system.dim()),
-          forced_(system.forced()), tangent_node_(tangent_node) {}
+          forced_(system.forced()), tangent_node_(tangent_node) {
+        detail::require_cycle(system, start_);
+    }
 
     const Word& word() const { return start_.word; }
     int n_active() const { return (active_[0] >= 0) + (active_[1] >= 0); }

@@ -116,6 +116,9 @@ template <class Sys> struct Smoothed {
     }
 };
 
+/// It has the defaults that the system has.
+template <class Sys> inline constexpr bool has_defaults_v<Smoothed<Sys>> = has_defaults_v<Sys>;
+
 /// The smoothed version of a system.
 /// @error std::invalid_argument for a steepness or a band that makes no sense, and for a band
 ///        other than 1/c1 with the law `saturation`

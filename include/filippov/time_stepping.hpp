@@ -36,7 +36,8 @@ public:
                   "both sides of the surface, Blended<System> has it");
     static_assert(!has_jumps_v<Sys>, "filippov: time stepping knows no jumps of the state");
 
-    BlendOf(const Sys& sys, const Params<Sys, double>& p) : sys_(sys), p_(p) {}
+    BlendOf(const Sys& sys, const GivenParams<Sys, double>& params)
+        : sys_(sys), p_(params.of(sys)) {}
 
     int dim() const { return N; }
     int surfaces() const { return M; }
@@ -317,11 +318,15 @@ TimeSteps<N, M> time_stepping(const Blend& blend, const Vec<double, N>& x0, doub
 }
 
 /// The same for a system.
+/// @param params  `{}`: the defaults
 template <class Sys>
 TimeSteps<dim_v<Sys>, surfaces_v<Sys>>
-time_stepping(const Sys& sys, const Params<Sys, double>& p, const Vec<double, dim_v<Sys>>& x0,
-              double t0, double t_end, const TimeSteppingSettings& settings) {
+time_stepping(const Sys& sys, const GivenParams<Sys, double>& params,
+              const Vec<double, dim_v<Sys>>& x0, double t0, double t_end,
+              const TimeSteppingSettings& settings) {
     require_system<Sys>();
+    const Params<Sys, double> p = params.of(sys);
+    validate_start(x0, t0, t_end, p, given_params(sys));
     return time_stepping<BlendOf<Sys>, dim_v<Sys>, surfaces_v<Sys>>(BlendOf<Sys>(sys, p), x0, t0,
                                                                     t_end, settings);
 }

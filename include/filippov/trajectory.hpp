@@ -154,12 +154,14 @@ Trajectory<Sys, S> empty_trajectory(const Sys& sys, const Params<Sys, S>& p,
 }
 
 /// Simulates and keeps everything: the convenient form of `flow`.
+/// @param params  `{}`: the defaults
 template <class Tableau = DormandPrince5, bool Dense = true, class Sys, class S,
           class Sec = Sections<>>
-Trajectory<Sys, S> simulate(const Sys& sys, const Params<Sys, std::type_identity_t<S>>& p,
+Trajectory<Sys, S> simulate(const Sys& sys, const GivenParams<Sys, S>& params,
                             const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0,
                             std::type_identity_t<S> t_end,
                             const Settings<S, dim_v<Sys>>& settings = {}, const Sec& watched = {}) {
+    const Params<Sys, S> p = params.of(sys);
     Trajectory<Sys, S> trajectory = empty_trajectory(sys, p, x0, settings);
     Recorder<Sys, S, Dense> recorder{trajectory};
     trajectory.result = flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);

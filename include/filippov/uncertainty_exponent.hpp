@@ -176,6 +176,7 @@ template <Labeller F>
 std::vector<PairCount>
 count_pairs(const std::array<double, 2>& low, const std::array<double, 2>& high, F&& labeller,
             std::span<const double> epsilons, long long n, std::uint64_t seed) {
+    detail::require_callable("labeller", labeller);
     detail::require_pairs(low, high, epsilons, n);
     constexpr long long at_once = 1 << 15; // pairs
     std::mt19937_64 random(seed);

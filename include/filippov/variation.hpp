@@ -521,12 +521,17 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 template <class Tableau = DormandPrince5, class Sys, DualNumber D, class Obs,
           class Sec = Sections<>>
 VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
-flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D, dim_v<Sys>>& x0,
+flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>& x0,
      std::type_identity_t<D> t0, std::type_identity_t<D> t_end,
      const Settings<Real<D>, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
      const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     using R = Real<D>;
+    require_system<Sys>();
+    const Params<Sys, D> p = params.of(sys);
+    validate(settings);
+    validate_start(values_of(x0), value_of(t0), value_of(t_end), values_of(p), given_params(sys));
+    detail::validate_observer(observer, value_of(t0), value_of(t_end));
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings, known_start.held);
     int section = -1; // the last one met
     // what `ends_at` ended the run at: a change of mode, or an event without one
@@ -600,12 +605,16 @@ flow(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p, const Vec<D,
 /// @param stop  may be empty; asked now and then, and true ends the segment with `interrupted`
 template <class Tableau, class Sys, DualNumber D>
 VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
-segment(const Sys& sys, const Params<Sys, std::type_identity_t<D>>& p,
-        const Mode<surfaces_v<Sys>>& mode, const Vec<D, dim_v<Sys>>& x0, std::type_identity_t<D> t0,
-        std::type_identity_t<D> t_end, const Settings<Real<D>, dim_v<Sys>>& settings,
-        const std::function<bool()>& stop = {}) {
+segment(const Sys& sys, const GivenParams<Sys, D>& params, const Mode<surfaces_v<Sys>>& mode,
+        const Vec<D, dim_v<Sys>>& x0, std::type_identity_t<D> t0, std::type_identity_t<D> t_end,
+        const Settings<Real<D>, dim_v<Sys>>& settings, const std::function<bool()>& stop = {}) {
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     using R = Real<D>;
+    require_system<Sys>();
+    const Params<Sys, D> p = params.of(sys);
+    validate(settings);
+    validate_start(values_of(x0), value_of(t0), value_of(t_end), values_of(p), given_params(sys));
+    detail::validate_forced(sys, mode, -1);
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
     variation.force(Clock<R>::at(value_of(t0), value_of(period(sys, p))), mode);
     Listener<R, N, M> listener;

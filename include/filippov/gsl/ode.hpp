@@ -150,7 +150,7 @@ template <class Sys> struct Calls {
 /// @error std::invalid_argument for arguments that make no sense; else a Status
 template <class Sys>
     requires HasOneField<Sys, double>
-Result<dim_v<Sys>> run(Method method, const Sys& sys, const Params<Sys, double>& p,
+Result<dim_v<Sys>> run(Method method, const Sys& sys, const GivenParams<Sys, double>& params,
                        const Vec<double, dim_v<Sys>>& x0, double t0, double t_end,
                        const Settings& settings = {}) {
     constexpr int N = dim_v<Sys>;
@@ -159,7 +159,8 @@ Result<dim_v<Sys>> run(Method method, const Sys& sys, const Params<Sys, double>&
     checked.atol = AbsoluteTolerance<double, N>(settings.atol);
     checked.max_steps = settings.max_steps;
     validate(checked);
-    validate_start(x0, t0, t_end, p, params_v<Sys>);
+    const Params<Sys, double> p = params.of(sys);
+    validate_start(x0, t0, t_end, p, given_params(sys));
     if (!(settings.first_step > 0 && std::isfinite(settings.first_step)))
         filippov::detail::refuse("first_step", settings.first_step, "expected a finite number > 0");
 
