@@ -71,7 +71,7 @@ bindings() {
 memory() {
     # one program, all of it instrumented: Catch2's library is not
     mkdir -p build/memory
-    clang++-16 -std=c++20 -O1 -g1 -fsanitize=memory -fno-sanitize-recover=all \
+    clang++-16 -std=c++20 -O0 -g1 -fsanitize=memory -fno-sanitize-recover=all \
         -DFILIPPOV_NO_FORCED_INLINING -Iinclude -isystem /usr/include/eigen3 \
         tests/memory/main.cpp -o build/memory/arguments
     build/memory/arguments

@@ -6,6 +6,7 @@
 #include <filippov/mode.hpp>
 #include <filippov/status.hpp>
 
+#include <limits>
 #include <string_view>
 
 namespace filippov {
@@ -14,7 +15,7 @@ namespace filippov {
 template <class S, int N, int M> struct Diagnosis {
     std::string_view what; ///< "f1", "f2", "h", ..., or the reason of an ambiguity
     S t{};
-    Vec<S, N> x{};
+    Vec<S, N> x = Vec<S, N>::Constant(std::numeric_limits<S>::quiet_NaN());
     Mode<M> mode{};
     int surface = -1;
 };
