@@ -66,10 +66,10 @@ public:
             faults.push_back("expected '" + part + "', and it throws '" + what(e) + "'");
         }
     }
-    void holds(const std::string& what, bool condition) {
+    void holds(const std::string& statement, bool condition) {
         ++cases;
         if (!condition)
-            faults.push_back("does not hold: " + what);
+            faults.push_back("does not hold: " + statement);
     }
     int cases = 0;
     std::vector<std::string> faults;
