@@ -32,6 +32,7 @@ FLOORS: list[list[str]] = [
         "smooth_law",
         "elimination",
         "external",
+        "value_range",
         "expression",
         "terms",
         "sample_points",

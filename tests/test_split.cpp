@@ -398,3 +398,89 @@ TEST_CASE("split: a named surface that is several, or none, is refused for that"
     CHECK_THROWS_WITH(split(twice, field, std::vector{y, two_y}),
                       ContainsSubstring("surface 1 is surface 0 again"));
 }
+
+TEST_CASE("split: h has the sign of the argument that was written first", "[formulas]") {
+    using Write = std::function<Expr(Graph&, Expr u, Expr p)>; // c u, with c of any kind
+    const std::vector<Write> factors{
+        [](Graph&, Expr u, Expr) { return u; },
+        [](Graph& g, Expr u, Expr) { return g.neg(u); },
+        [](Graph& g, Expr u, Expr) { return g.mul(g.constant(-2), u); },
+        [](Graph& g, Expr u, Expr) { return g.div(u, g.constant(-3)); },
+        [](Graph& g, Expr u, Expr) { return g.mul(g.constant(-2), g.pow(u, g.constant(3))); },
+        [](Graph& g, Expr u, Expr p) { return g.mul(p, u); },
+        [](Graph& g, Expr u, Expr p) { return g.neg(g.div(u, p)); },
+        [](Graph& g, Expr u, Expr p) { return g.mul(g.sub(p, g.constant(9)), u); },
+        [](Graph& g, Expr u, Expr) {
+            const Expr wave = g.unary(Op::sin, g.mul(g.constant(5), g.state(0)));
+            return g.mul(g.sub(g.constant(-2), wave), u);
+        }};
+    const std::vector<Write> surfaces{
+        [](Graph& g, Expr u, Expr) { return g.sub(u, g.constant(1)); },
+        [](Graph&, Expr u, Expr) { return u; },
+        [](Graph& g, Expr u, Expr) { return g.add(u, g.state(0)); },
+        [](Graph& g, Expr u, Expr) { return g.sub(g.mul(u, u), g.unary(Op::cos, g.time())); }};
+    const std::vector<Write> switches{
+        [](Graph& g, Expr u, Expr) { return g.unary(Op::sign, u); },
+        [](Graph& g, Expr u, Expr) { return g.abs(u); },
+        [](Graph& g, Expr u, Expr) { return g.where(g.step(u), g.constant(3), g.state(0)); }};
+    for (const Write& surface : surfaces)
+        for (const Write& first : factors)
+            for (const Write& second : factors)
+                for (const Write& by : switches) {
+                    Expr written = -1, other = -1, field = -1;
+                    Definition d = plane([&](Graph& g, Expr x, Expr y, Expr p) {
+                        written = first(g, surface(g, y, p), p);
+                        field = by(g, written, p);
+                        other = g.unary(Op::sign, second(g, surface(g, y, p), p));
+                        return std::vector{field, g.add(x, other)};
+                    });
+                    REQUIRE(d.surfaces() == 1);
+                    for (const double p : {1.0, -1.0, 0.0})
+                        for (const double y : {-3.7, 0.2, 2.9}) {
+                            const std::vector<double> at{0.4, y}, params{p};
+                            const auto value = [&](Expr e) {
+                                return d.graph.value(e, 0.3, at, params);
+                            };
+                            CAPTURE(p, y, value(written), value(d.h[0]));
+                            CHECK(value(written) * value(d.h[0]) >= 0);
+                            CHECK(value(d.h[0]) != 0);
+                            const auto& f = d.region[value(d.h[0]) > 0 ? 1 : 0];
+                            if (std::isfinite(value(written))) {
+                                CHECK(value(f[0]) == value(field));
+                            }
+                            if (std::isfinite(value(other))) {
+                                CHECK(value(f[1]) == 0.4 + value(other));
+                            }
+                        }
+                }
+}
+
+TEST_CASE("split: each of several factors is a surface with its own sign", "[formulas]") {
+    const auto d = plane([](Graph& g, Expr x, Expr y, Expr p) {
+        const Expr u = g.sub(g.constant(1), x), v = g.sub(y, p);
+        return std::vector{sign(g, g.mul(g.constant(-2), g.mul(u, v))), y};
+    });
+    REQUIRE(d.surfaces() == 2);
+    for (const double x : {0.0, 2.0})
+        for (const double y : {0.0, 2.0}) {
+            const std::vector<double> at{x, y}, p{1};
+            const double h0 = d.graph.value(d.h[0], 0, at, p), h1 = d.graph.value(d.h[1], 0, at, p);
+            CHECK(h0 == y - 1);
+            CHECK(h1 == 1 - x);
+            CHECK(d.graph.value(d.region[(h0 > 0) + 2 * (h1 > 0)][0], 0, at, p) ==
+                  (h0 * h1 > 0 ? -1 : 1));
+        }
+}
+
+TEST_CASE("split: a factor without a zero is no surface", "[formulas]") {
+    auto d = plane([](Graph& g, Expr x, Expr y, Expr) {
+        const Expr two = g.constant(2);
+        const Expr wave = g.add(two, g.unary(Op::sin, g.mul(g.constant(5), x)));
+        const Expr never = g.add(two, g.unary(Op::sin, g.time()));
+        const Expr root = g.mul(sign(g, never), g.pow(g.abs(never), g.constant(1.0 / 3)));
+        return std::vector{sign(g, g.mul(wave, g.sub(y, x))), root};
+    });
+    REQUIRE(d.surfaces() == 1);
+    CHECK(d.h[0] == d.graph.sub(d.graph.state(1), d.graph.state(0)));
+    CHECK(d.kind[0] == SurfaceKind::switching);
+}

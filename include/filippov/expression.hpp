@@ -3,17 +3,21 @@
 #pragma once
 
 #include <filippov/external.hpp>
+#include <filippov/value_range.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace filippov {
@@ -235,6 +239,26 @@ public:
         return mul(constant(0.5), add(constant(1), s));
     }
 
+    /// What it is but for its sign, and that: 1, -1, or a choice by parameters between them.
+    std::pair<Expr, Expr> turned(Expr e) {
+        Expr turn = constant(1);
+        for (;;) {
+            const Node n = (*this)[e];
+            if (n.op == Op::neg) {
+                turn = neg(turn);
+                e = n.arg[0];
+            } else if (n.op == Op::mul && is_turn(n.arg[0])) {
+                turn = mul(turn, n.arg[0]);
+                e = n.arg[1];
+            } else if (n.op == Op::mul && is_turn(n.arg[1])) {
+                turn = mul(turn, n.arg[1]);
+                e = n.arg[0];
+            } else {
+                return {e, turn};
+            }
+        }
+    }
+
     /// A node as it was in another graph, whose nodes before it are all here.
     Expr restore(const Node& n) { return node(n); }
 
@@ -357,45 +381,138 @@ public:
 private:
     static constexpr std::size_t most_nodes = 1'000'000;
 
+    /// The sign of a product is the product of signs: surfaces that cross are told apart. Where one
+    /// factor alone changes its sign, what multiplies it turns it, so that the argument that is
+    /// left has the sign that was written, whatever constants and parameters stand before it.
     Expr sign(Expr a) {
-        // sign(a b) = sign(a) sign(b): surfaces that cross are told apart
-        const Node n = (*this)[a];
-        if (n.op == Op::neg)
-            return neg(sign(n.arg[0]));
-        if (n.op == Op::mul || n.op == Op::div) {
-            const Expr first = sign(n.arg[0]), second = sign(n.arg[1]);
-            return mul(first, second);
+        Factors all = factors_of(a);
+        if (all.zero)
+            return constant(0);
+        Expr product = constant(1);
+        for (const Factor& fixed : all.fixed) {
+            const bool turns = is_turn(fixed.of); // whose square is 1
+            for (int k = 0; k < (turns ? fixed.count % 2 : fixed.count); ++k)
+                product = mul(product, turns ? fixed.of : make(Op::sign, fixed.of));
         }
-        if (n.op == Op::powi && n.index % 2 != 0)
-            return sign(n.arg[0]);
-        if (positive_[std::size_t(a)])
-            return constant(1);
-        if (n.op == Op::sign)
-            return a;
-        // |a|^b, of which the sign is sign(a)^2: zero on a surface at most
-        if (n.op == Op::pow && not_negative_[std::size_t(sign(n.arg[0]))])
-            return constant(1);
-        if (n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan || n.op == Op::asin)
-            return sign(n.arg[0]);
-        return make(Op::sign, a);
+        if (Factor* const only = all.only_one(not_negative_)) {
+            if (all.negative)
+                only->of = neg(only->of);
+            all.negative = false;
+            if (!is_constant(product) && !all.fixed_are_even()) {
+                const Expr turn = turn_of(product);
+                only->of = mul(turn, only->of);
+                product = product == turn ? constant(1) : mul(product, turn);
+            }
+        }
+        for (const Factor& f : all.varying)
+            for (int k = 0; k < f.count; ++k)
+                product = mul(product, make(Op::sign, f.of));
+        return all.negative ? neg(product) : product;
+    }
+    struct Factor {
+        Expr of;
+        int count;
+    };
+    /// What an expression has the sign of: a product.
+    struct Factors {
+        std::vector<Factor> fixed, varying; ///< of parameters alone; of time and state
+        bool negative = false, zero = false;
+
+        static bool turns(const Factor& f, const std::vector<bool>& not_negative) {
+            return f.count % 2 != 0 && !not_negative[std::size_t(f.of)];
+        }
+        /// The factor that changes its sign with time or state; null if there are others, or none.
+        Factor* only_one(const std::vector<bool>& not_negative) {
+            Factor* found = nullptr;
+            for (Factor& f : varying)
+                if (turns(f, not_negative)) {
+                    if (found != nullptr)
+                        return nullptr;
+                    found = &f;
+                }
+            return found;
+        }
+        bool fixed_are_even() const {
+            return std::ranges::all_of(fixed, [](const Factor& f) { return f.count % 2 == 0; });
+        }
+    };
+    Factors factors_of(Expr a) const {
+        Factors all;
+        // Each node once, the youngest first, with how often it is a factor: once or, as good as
+        // any even number, twice. (A square of a square ... of 1000 squares has 2^1000 factors.)
+        std::map<Expr, int> rest{{a, 1}};
+        const auto more = [&rest](Expr e, int count) {
+            int& n = rest[e];
+            n += count;
+            n = n > 2 ? n - 2 : n;
+        };
+        while (!rest.empty()) {
+            const auto [e, count] = *rest.rbegin();
+            const Node& n = (*this)[e];
+            rest.erase(e);
+            const bool negative = range_[std::size_t(e)].high < 0;
+            if (n.op == Op::neg || negative)
+                all.negative = all.negative != (count % 2 != 0);
+            if (positive_[std::size_t(e)] || negative)
+                continue;
+            if (n.op == Op::constant) {
+                all.zero = true;
+            } else if (n.op == Op::mul || n.op == Op::div) {
+                more(n.arg[0], count);
+                more(n.arg[1], count);
+            } else if (n.op == Op::neg || has_sign_of_operand(n)) {
+                more(n.arg[0], count);
+            } else if (n.op != Op::pow || !is_magnitude(n.arg[0])) { // |a|^b is zero at most
+                (varies(e) ? all.varying : all.fixed).push_back({e, count});
+            }
+        }
+        return all;
+    }
+    static bool has_sign_of_operand(const Node& n) {
+        return n.op == Op::sign || n.op == Op::sinh || n.op == Op::tanh || n.op == Op::atan ||
+               n.op == Op::asin || (n.op == Op::powi && n.index % 2 != 0);
+    }
+    /// True if its form tells that it is negative nowhere, as that of x sign(x) does.
+    bool is_magnitude(Expr e) const {
+        const Factors all = factors_of(e);
+        const auto even = [&](const Factor& f) { return !Factors::turns(f, not_negative_); };
+        return !all.negative && std::ranges::all_of(all.varying, even) &&
+               std::ranges::all_of(all.fixed, even);
+    }
+    /// -1 where a product of signs is -1, else 1: also where it is 0, so that what it turns stays a
+    /// surface.
+    Expr turn_of(Expr signs) {
+        return is_turn(signs) ? signs : where(neg(signs), constant(-1), constant(1));
+    }
+    bool is_turn(Expr e) const {
+        const Node& n = (*this)[e];
+        return n.op == Op::where && !varies(e) && is_constant(n.arg[1], -1) &&
+               is_constant(n.arg[2], 1);
     }
 
     /// A product without one of its factors, which varies; -1 if it is none of them.
     Expr without(Expr product, Expr factor) {
         if (!varies(factor))
             return -1;
-        if (product == factor)
-            return constant(1);
-        const Node n = (*this)[product];
-        if (n.op != Op::mul)
-            return -1;
-        for (const int k : {0, 1}) {
-            const auto [first, second] =
-                std::array{n.arg[std::size_t(k)], n.arg[std::size_t(1 - k)]};
-            if (const Expr rest = without(first, factor); rest >= 0)
-                return mul(rest, second);
+        std::map<Expr, Expr> above{{product, -1}}; // each node once: products may share factors
+        std::vector<Expr> rest{product};
+        while (!rest.empty() && rest.back() != factor) {
+            const Expr e = rest.back();
+            const Node& n = (*this)[e];
+            rest.pop_back();
+            if (n.op == Op::mul)
+                for (const Expr other : {n.arg[1], n.arg[0]})
+                    if (other >= factor && above.try_emplace(other, e).second)
+                        rest.push_back(other);
         }
-        return -1;
+        if (rest.empty())
+            return -1;
+        Expr others = constant(1);
+        for (Expr e = factor; e != product; e = above[e]) {
+            const auto [first, second, none] = (*this)[above[e]].arg;
+            others = mul(others, first == e ? second : first);
+        }
+        return others;
     }
 
     /// The node, or what it is equal to if its operands are constants.
@@ -443,6 +560,93 @@ private:
             return {n.op == Op::exp || n.op == Op::cosh, n.op == Op::exp || n.op == Op::cosh};
         }
     }
+    /// The values of a node by those of its operands.
+    ValueRange range_of(const Node& n) const {
+        std::array<ValueRange, 3> of{};
+        for (int k = 0; k < arity(n.op); ++k)
+            of[std::size_t(k)] = range_[std::size_t(n.arg[std::size_t(k)])];
+        if (n.op == Op::mul && n.arg[0] == n.arg[1])
+            return detail::values::power(of[0], 2);
+        if (n.op == Op::mul)
+            if (const int side = magnitude_by_form(n); side != 0)
+                return side > 0 ? ValueRange{0, ValueRange::infinite}
+                                : ValueRange{-ValueRange::infinite, 0};
+        switch (n.op) {
+        case Op::constant:
+            return {n.value, n.value};
+        case Op::add:
+            return detail::values::sum(of[0], of[1]);
+        case Op::sub:
+            return detail::values::sum(of[0], detail::values::negative(of[1]));
+        case Op::neg:
+            return detail::values::negative(of[0]);
+        case Op::mul:
+            return detail::values::product(of[0], of[1]);
+        case Op::div:
+            return detail::values::quotient(of[0], of[1]);
+        case Op::powi:
+            return n.index > -1000 && n.index < 1000 ? detail::values::power(of[0], n.index)
+                                                     : ValueRange{};
+        case Op::where:
+            return detail::values::hull(of[1], of[2]);
+        case Op::magnitude:
+            return detail::values::magnitude(of[0]);
+        case Op::sign:
+        case Op::sin:
+        case Op::cos:
+            return {-1, 1};
+        case Op::pow:
+            return positive_[std::size_t(n.arg[0])] ? ValueRange{0, ValueRange::infinite}
+                                                    : ValueRange{};
+        default:
+            return range_of_function(n.op, of[0]);
+        }
+    }
+    static ValueRange range_of_function(Op op, const ValueRange& a) {
+        constexpr double right = std::numbers::pi / 2;
+        switch (op) {
+        case Op::sqrt:
+            return detail::values::rising(a, [](double v) { return std::sqrt(std::max(v, 0.0)); });
+        case Op::exp:
+            return detail::values::rising(a, [](double v) { return std::exp(v); });
+        case Op::sinh:
+            return detail::values::rising(a, [](double v) { return std::sinh(v); });
+        case Op::cosh:
+            return detail::values::rising(detail::values::magnitude(a),
+                                          [](double v) { return std::cosh(v); });
+        case Op::tanh:
+            return detail::values::rising(a, [](double v) { return std::tanh(v); });
+        case Op::atan:
+            return detail::values::rising(a, [](double v) { return std::atan(v); });
+        case Op::asin:
+            return detail::values::roomy(-right, right);
+        default: // a logarithm, a tangent, what is read from outside
+            return {};
+        }
+    }
+    /// 1 for c x sign(x), -1 for its negative, 0 for what is neither.
+    int magnitude_by_form(const Node& n) const {
+        for (const std::size_t k : {0u, 1u}) {
+            const Node& s = (*this)[n.arg[k]];
+            if (s.op != Op::sign)
+                continue;
+            const auto [u, of_sign] = without_constants(s.arg[0]);
+            const auto [v, of_other] = without_constants(n.arg[1 - k]);
+            if (u == v)
+                return of_sign * of_other;
+        }
+        return 0;
+    }
+    std::pair<Expr, int> without_constants(Expr e) const {
+        for (int sign = 1;;) {
+            const Node& n = (*this)[e];
+            const bool product = n.op == Op::mul && is_constant(n.arg[0]);
+            if (n.op != Op::neg && !product)
+                return {e, sign};
+            sign = n.op == Op::neg || (*this)[n.arg[0]].value < 0 ? -sign : sign;
+            e = n.arg[product ? 1 : 0];
+        }
+    }
     Expr node(const Node& n) {
         const auto found = known_.find({n.op, n.arg, n.index, n.value});
         if (found != known_.end())
@@ -460,8 +664,10 @@ private:
         }
         nodes_.push_back(n);
         const KnownSign sign = known_sign(n);
-        positive_.push_back(sign.positive);
-        not_negative_.push_back(sign.not_negative);
+        const ValueRange range = range_of(n);
+        range_.push_back(range);
+        positive_.push_back(sign.positive || range.low > 0);
+        not_negative_.push_back(sign.not_negative || range.low >= 0);
         varies_.push_back(varies);
         switches_.push_back(switches);
         has_params_.push_back(has_params);
@@ -611,6 +817,7 @@ private:
     using Key = std::tuple<Op, std::array<Expr, 3>, int, double>;
     std::vector<Node> nodes_;
     std::vector<bool> varies_, switches_, has_params_, positive_, not_negative_;
+    std::vector<ValueRange> range_; ///< that no value is outside of
     std::map<Key, Expr> known_;
     std::vector<std::shared_ptr<const External>> functions_;
     std::map<std::pair<int, int>, int> partials_; ///< by function and input

@@ -75,7 +75,7 @@ public:
         const auto j = int(surfaces_.size());
         one_more(h);
         const Expr orientation = turned ? graph_.neg(factor) : factor;
-        known_.try_emplace(graph_[switched].arg[0], Side{j, orientation});
+        know(graph_[switched].arg[0], {j, orientation});
         if (switched != plain) // h is zero everywhere where the factor is
             products_.try_emplace(plain, Side{j, graph_.constant(turned ? -1 : 1)});
     }
@@ -94,14 +94,17 @@ public:
     Side side_of(Expr u) {
         if (const auto found = known_.find(u); found != known_.end())
             return found->second;
-        for (std::size_t j = 0; j < surfaces_.size(); ++j)
-            if (const auto orientation = proportion(u, surfaces_[j])) {
-                known_[u] = {int(j), *orientation};
-                return known_[u];
-            }
+        // what only its sign tells from one that is known, which may depend on parameters
+        const auto [plain, turn] = graph_.turned(u);
+        if (const auto found = known_.find(plain); found != known_.end())
+            return known_[u] = {found->second.surface, graph_.mul(turn, found->second.orientation)};
+        for (std::size_t j = 0; j < surfaces_.size(); ++j) {
+            const auto [h, turn_of_h] = graph_.turned(surfaces_[j]);
+            if (const auto orientation = proportion(plain, h))
+                return know(u, {int(j), graph_.mul(turn, graph_.mul(*orientation, turn_of_h))});
+        }
         one_more(u);
-        known_[u] = {int(surfaces_.size()) - 1, graph_.constant(1)};
-        return known_[u];
+        return know(u, {int(surfaces_.size()) - 1, graph_.constant(1)});
     }
 
     /// An expression on the given sides of all surfaces.
@@ -209,6 +212,12 @@ private:
         return {-1, -1};
     }
 
+    /// Keeps where an argument belongs, and what is the same but for its sign.
+    Side know(Expr u, Side side) {
+        const auto [plain, turn] = graph_.turned(u); // turn^2 = 1
+        known_.try_emplace(plain, Side{side.surface, graph_.mul(turn, side.orientation)});
+        return known_.try_emplace(u, side).first->second;
+    }
     void one_more(Expr h) {
         if (surfaces_.size() == most_split_surfaces)
             throw std::invalid_argument("filippov: the field switches on more than " +

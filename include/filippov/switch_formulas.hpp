@@ -19,17 +19,30 @@ namespace filippov {
 /// |u|, which is u sign(u), stays what it is: smoothing and time stepping want the true magnitude
 /// of what switches. A choice between two expressions becomes their blend.
 template <class F> Expr replace_switches(Graph& graph, Expr e, const F& other) {
+    // u sign(u), in whatever way |u| and a multiple of it were written
     const auto sign_of = [&](Expr s, Expr u) {
-        return graph[s].op == Op::sign && graph[s].arg[0] == u && graph.varies(u);
+        if (!graph.varies(u) || !graph.switches(s))
+            return 0;
+        if (graph[s].op == Op::sign && graph[s].arg[0] == u)
+            return 1;
+        if (graph.switches(u))
+            return 0;
+        return graph.unary(Op::sign, u) == s              ? 1
+               : graph.unary(Op::sign, graph.neg(u)) == s ? -1
+                                                          : 0;
+    };
+    const auto magnitude = [&](int sign, Expr u) {
+        const Expr size = graph.unary(Op::magnitude, u);
+        return sign > 0 ? size : graph.neg(size);
     };
     return graph.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
         const Graph::Node n = graph[i];
         if (n.op == Op::sign && graph.varies(n.arg[0]))
             return other(arg[0]);
-        if (n.op == Op::mul && sign_of(n.arg[0], n.arg[1]))
-            return graph.unary(Op::magnitude, arg[1]);
-        if (n.op == Op::mul && sign_of(n.arg[1], n.arg[0]))
-            return graph.unary(Op::magnitude, arg[0]);
+        if (n.op == Op::mul)
+            for (const std::size_t k : {0u, 1u})
+                if (const int sign = sign_of(n.arg[k], n.arg[1 - k]); sign != 0)
+                    return magnitude(sign, arg[1 - k]);
         if (n.op == Op::where && graph.varies(n.arg[0]))
             return graph.add(arg[2], graph.mul(arg[0], graph.sub(arg[1], arg[2])));
         return graph.with_args(i, arg);

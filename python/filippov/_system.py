@@ -808,7 +808,7 @@ def system(
     surfaces : mapping, optional
         Names for surfaces, each with its switching function: a text (`"v - 1"`) or a function of
         `(t, s, p)`. They come first, in this order, with the sign they are given; else
-        `h` is the argument of the switch as it is first written.
+        `h` has the sign of the argument of the switch as it is first written.
     jumps : mapping, optional
         `{"wall": (h, after)}`: where `h` falls to zero the state becomes `after(t, s, p)`.
     name : str, optional
