@@ -78,9 +78,15 @@ GraphPointer graph_of(const std::vector<NodeRow>& rows) {
     for (const auto& [name, a, b, c, index, value] : rows) {
         const Op op = op_of(name);
         expect(op != Op::call, "functions cannot be written down");
+        expect(std::isfinite(value), "a constant is finite");
+        expect(index > -1000 && index < 1000 && (index >= 0 || op == Op::powi),
+               "an index is one of a component, a parameter or a power");
         const std::array<Expr, 3> arg{a, b, c};
-        for (int k = 0; k < arity(op); ++k)
-            known(*graph, arg[std::size_t(k)]);
+        for (int k = 0; k < 3; ++k)
+            if (k < arity(op))
+                known(*graph, arg[std::size_t(k)]);
+            else
+                expect(arg[std::size_t(k)] == -1, "an operation has its operands");
         const Expr e = graph->restore({op, arg, index, value});
         expect(std::size_t(e) + 1 == graph->size(), "nodes of a graph are made once");
     }
