@@ -55,29 +55,27 @@ public:
         const std::string name = "filippov: surface " + std::to_string(surfaces_.size());
         // sign(h) as the field has it: v exp(x) switches where v does
         const Expr s = graph_.unary(Op::sign, h);
-        const bool turned = graph_[s].op == Op::neg;
-        const Expr plain = turned ? graph_[s].arg[0] : s;
-        if (!graph_.varies(plain))
+        if (!graph_.varies(s))
             throw std::invalid_argument(name + " is none: its sign never changes");
-        const auto [switched, factor] = without_params(plain);
+        const auto [switched, factor] = without_params(s); // the factor is 1, or 0
         if (switched < 0 || has_switch(graph_[switched].arg[0]))
             throw std::invalid_argument(
                 name + " consists of several, where its factors or parts change sign; name those, "
                        "or leave them to be found in one right-hand side that switches by it");
-        if (has_switch(h)) {
-            h = graph_.mul(factor, graph_[switched].arg[0]);
-            h = turned ? graph_.neg(h) : h;
-        }
+        const Expr argument = graph_[switched].arg[0];
+        const bool stands_for = has_switch(h);
+        if (stands_for)
+            h = argument;
         for (std::size_t j = 0; j < surfaces_.size(); ++j)
             if (proportion(h, surfaces_[j]))
                 throw std::invalid_argument(name + " is surface " + std::to_string(j) +
                                             " again, up to a factor");
         const auto j = int(surfaces_.size());
         one_more(h);
-        const Expr orientation = turned ? graph_.neg(factor) : factor;
-        know(graph_[switched].arg[0], {j, orientation});
-        if (switched != plain) // h is zero everywhere where the factor is
-            products_.try_emplace(plain, Side{j, graph_.constant(turned ? -1 : 1)});
+        const Expr one = graph_.constant(1);
+        know(argument, {j, stands_for ? one : factor});
+        if (switched != s) // h is zero everywhere where the factor is, if it has that
+            products_.try_emplace(s, Side{j, stands_for ? factor : one});
     }
     std::span<const Expr> surfaces() const { return surfaces_; }
 

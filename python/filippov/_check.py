@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import keyword
 import math
 import numbers
 import os
@@ -16,13 +17,16 @@ from numpy.typing import ArrayLike
 from ._types import Floats
 
 __all__ = [
+    "LAWS",
     "among",
     "choice",
     "flag",
     "floats",
     "integer",
+    "label_of",
     "mapping",
     "name_of",
+    "names_of",
     "number",
     "one_of",
     "path_of",
@@ -36,6 +40,11 @@ __all__ = [
 
 
 LONGEST = 2.0**52  #: periods that can be told apart
+LONGEST_NAME = 100  #: characters of a name of a component or a parameter
+LONGEST_LABEL = 200  #: of the name of a system, a surface or a jump
+
+#: Smooth functions in place of a sign.
+LAWS = ("arctan", "tanh", "saturation")
 
 
 def refuse(
@@ -118,6 +127,42 @@ def name_of(name: str, value: object) -> str:
     if not isinstance(value, str):
         refuse(name, value, "expected a text", TypeError)
     return value
+
+
+def label_of(name: str, value: object) -> str:
+    """Text that something is called in messages and titles: one line of what can be printed."""
+    text = name_of(name, value)
+    if not text or not text.isprintable() or len(text) > LONGEST_LABEL:
+        refuse(name, value, f"expected a text of one line, 1 to {LONGEST_LABEL} characters")
+    return text
+
+
+def names_of(what: str, names: object, *, typed: bool = True) -> tuple[str, ...]:
+    """Names in a text, separated by spaces or commas, or in a sequence.
+
+    Parameters
+    ----------
+    typed : bool
+        Whether they are for use in Python, where `lambda` is none.
+    """
+    if isinstance(names, str):
+        names = names.replace(",", " ").split()
+    try:
+        found = tuple(names)  # type: ignore[arg-type]
+    except TypeError:
+        refuse(what, names, "expected names, as in 'y v'", TypeError)
+    for name in found:
+        if not isinstance(name, str):
+            refuse(what, names, f"{name!r} is no name", TypeError)
+        if len(name) > LONGEST_NAME:
+            refuse(what, names, f"expected names of {LONGEST_NAME} characters at most")
+        if not name.isidentifier() or (typed and keyword.iskeyword(name)):
+            refuse(what, names, f"{name!r} is no name")
+        if name.startswith("_") or name == "t" or (what == "params" and hasattr(Mapping, name)):
+            refuse(what, names, f"the name {name!r} has another meaning")
+    if len(set(found)) != len(found):
+        refuse(what, names, "expected different names")
+    return found
 
 
 def path_of(name: str, value: object) -> Path:

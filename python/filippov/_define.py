@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import inspect
 import itertools
-import keyword
 import math
 import numbers
 import os
@@ -18,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._check import mapping, name_of, refuse
+from ._check import LAWS, label_of, mapping, names_of, refuse
 from ._period import Repeats, check_period
+from ._plain import check_plain
+from ._sound import require
+from ._text import formula_of
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
-
-#: Smooth functions in place of a sign.
-LAWS = ("arctan", "tanh", "saturation")
 
 __all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define"]
 
@@ -32,16 +31,6 @@ __all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define"]
 Function = Callable[..., Any]
 #: A formula as text, a number, or a function of `(t, s, p)`.
 Formula = str | float | Function
-
-#: What formulas in text may use besides the names of the system.
-_WORDS = {
-    word: getattr(np, word)
-    for line in (
-        "abs arccos arcsin arctan cbrt clip cos cosh exp heaviside hypot log log10 maximum minimum",
-        "pi select sign sin sinh sqrt square tan tanh where",
-    )
-    for word in line.split()
-}
 
 
 @dataclass(frozen=True)
@@ -167,11 +156,18 @@ class Definition:
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Definition:
-        """Make it again from `plain`."""
-        return cls(
+        """Make it again from `plain`, which may come from anywhere.
+
+        Raises
+        ------
+        Unsound
+            If it is not what `plain` gives.
+        """
+        check_plain(plain)
+        made = cls(
             plain["name"],
             tuple(plain["state"]),
-            dict(plain["params"]),
+            {name: float(value) for name, value in plain["params"].items()},
             _core.Graph.of([tuple(node) for node in plain["nodes"]]),
             list(plain["field"]),
             dict(plain["surfaces"]),
@@ -179,26 +175,11 @@ class Definition:
             plain["period"],
             tuple(plain["smoothing"]) if plain.get("smoothing") else None,
         )
-
-
-def names_of(what: str, names: str | Sequence[str]) -> tuple[str, ...]:
-    """Names in a text, separated by spaces or commas, or in a sequence."""
-    if isinstance(names, str):
-        names = names.replace(",", " ").split()
-    try:
-        found = tuple(names)
-    except TypeError:
-        refuse(what, names, "expected names, as in 'y v'", TypeError)
-    for name in found:
-        if not isinstance(name, str):
-            refuse(what, names, f"{name!r} is no name", TypeError)
-        if not name.isidentifier() or keyword.iskeyword(name):
-            refuse(what, names, f"{name!r} is no name")
-        if name.startswith("_") or name == "t" or (what == "params" and hasattr(Mapping, name)):
-            refuse(what, names, f"the name {name!r} has another meaning")
-    if len(set(found)) != len(found):
-        refuse(what, names, "expected different names")
-    return found
+        varies = made.graph.varies
+        require(made.period is None or not varies(made.period), "the period depends on the state")
+        for name, h in made.surfaces.items():
+            require(varies(h), f"the surface {name} does not depend on state or time")
+        return made
 
 
 class Recorder:
@@ -231,7 +212,7 @@ class Recorder:
     def formula(self, formula: object, what: str) -> int:
         """Node of one number, in text or as a function."""
         if isinstance(formula, str):
-            value = self._evaluated(formula, what)
+            value = self._read(formula, what)
         elif callable(formula):
             value = call(formula, what, self.t, self.s, self.p)
         else:
@@ -241,19 +222,11 @@ class Recorder:
             refuse(what, formula, "expected a formula in text, or a function f(t, s, p)", TypeError)
         return e
 
-    def _evaluated(self, text: str, what: str) -> Any:  # noqa: ANN401
-        known = {**_WORDS, "t": self.t}
-        known |= dict(zip(self.param_names, self.p, strict=True))
-        known |= dict(zip(self.state_names, self.s, strict=True))
-        try:
-            return eval(text, {"__builtins__": {}}, known)
-        except DefinitionError:
-            raise
-        except Exception as error:
-            raise DefinitionError(
-                f"{what} = {text!r} cannot be read: {error}. Known are t,"
-                f" {', '.join((*self.state_names, *self.param_names))} and numpy's functions"
-            ) from None
+    def _read(self, text: str, what: str) -> Any:  # noqa: ANN401
+        names = {"t": self.t}
+        names |= dict(zip(self.param_names, self.p, strict=True))
+        names |= dict(zip(self.state_names, self.s, strict=True))
+        return formula_of(text, what, names)
 
 
 def three_arguments(function: Function, what: str) -> Function:
@@ -317,7 +290,7 @@ def define(
     jumps: Mapping[str, tuple[Formula, Function]] | None = None,
 ) -> tuple[_core.Model, Definition]:
     """Record functions and compile them; see `filippov.system` and `filippov.System`."""
-    name_of("name", name)
+    label_of("name", name)
     components = names_of("state", state)
     if not 1 <= len(components) <= _core.most_tape_dims:
         refuse("state", state, f"expected 1 to {_core.most_tape_dims} names")
@@ -327,6 +300,7 @@ def define(
     recorder = Recorder(components, defaults)
     named: dict[str, int] = {}
     for key, formula in mapping("surfaces", surfaces, "expected a mapping of names").items():
+        label_of("surfaces", key)
         named[key] = recorder.formula(formula, f"surfaces[{key!r}]")
     if function is not None:
         nodes = recorder.record(function, name, components)
@@ -342,6 +316,7 @@ def define(
             raise DefinitionError(f"surface {key}: its function does not depend on state or time")
     after = {}
     for key, pair in mapping("jumps", jumps, "expected a mapping of names").items():
+        label_of("jumps", key)
         if not isinstance(pair, Sequence) or len(pair) != 2:
             refuse(f"jumps[{key!r}]", pair, "expected (h, the function of the state after)")
         h, jump = pair
@@ -379,7 +354,7 @@ def _of_params(period: Callable[[Any], Any]) -> Function:
 def _switches(switch: object) -> dict[str, Any]:
     """Switching functions by name: one formula, several, or a mapping."""
     if isinstance(switch, Mapping):
-        return dict(switch)
+        return {label_of("switch", key): h for key, h in switch.items()}
     if isinstance(switch, (list, tuple)):
         return {f"h{j}": h for j, h in enumerate(switch)}
     if switch is None:

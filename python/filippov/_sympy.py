@@ -54,16 +54,25 @@ class Formulas:
             for symbol in symbols:
                 if not isinstance(symbol, sympy.Symbol):
                     refuse(what, symbol, "expected a sympy symbol", TypeError)
+                if not str(symbol).isidentifier():  # sympy writes a program with them
+                    refuse(what, str(symbol), "expected a symbol whose name is one of Python")
 
     def names(self, symbols: Sequence[Any]) -> list[str]:
         """Names of symbols."""
         return [str(symbol) for symbol in symbols]
 
+    def _expression(self, what: str, value: object) -> Any:  # noqa: ANN401
+        """Take an expression or a number; sympy would evaluate a text as Python."""
+        try:
+            return self._sympy.sympify(value, strict=True)
+        except self._sympy.SympifyError:
+            refuse(what, value, "expected an expression of sympy, and no text", TypeError)
+
     def function(self, what: str, expressions: Any) -> Callable[..., Any]:  # noqa: ANN401
         """Write expressions as a function of `(t, s, p)`."""
         symbols = [self.time, *self.state, *self.params]
         several = isinstance(expressions, (list, tuple, self._sympy.MatrixBase))
-        listed = [self._sympy.sympify(e) for e in (expressions if several else [expressions])]
+        listed = [self._expression(what, e) for e in (expressions if several else [expressions])]
         for e in listed:
             unknown = e.free_symbols - set(symbols)
             if unknown:

@@ -70,6 +70,8 @@ def test_jumps():
         (["x", v], [v, x], "sympy symbol"),
         ("x v", [v, x], "list of sympy symbols"),
         ([x, v], [v, sympy.floor(x)], "infinitely many"),
+        ([x, v], ["v", "__import__('os').getcwd()"], "no text"),
+        ([x, sympy.Symbol("v, (), print")], [v, x], "name is one of Python"),
     ],
 )
 def test_wrong_formulas_are_refused_with_their_reason(state, field, words):
