@@ -94,7 +94,7 @@ class Definition:
 
     def _several(self, h: int) -> str:
         """Tell on which surfaces a switching function switches, and what to write instead."""
-        from ._formula import write
+        from ._formula import clipped, write
 
         none = [self.graph.constant(0.0)] * (len(self.state) - 1)
         field = [self.graph.unary("sign", h), *none]
@@ -102,7 +102,7 @@ class Definition:
             made = replace(self, field=field, surfaces={}, jumps={}, period=None).made()[1]
         except DefinitionError:  # there are too many
             made = self
-        each = [write(made.graph, e, self.state, tuple(self.params)) for e in made.h]
+        each = [clipped(write(made.graph, e, self.state, tuple(self.params))) for e in made.h]
         if len(each) == 1:
             return f"switches itself: write it without the switches in it, as {each[0]!r}"
         return (
@@ -297,10 +297,12 @@ def define(
     defaults = defaults_of(params)
     for both in set(components) & set(defaults):
         refuse("params", params, f"{both!r} is a name of the state, too")
+    for what, given in (("surfaces", surfaces), ("jumps", jumps)):
+        for key in mapping(what, given, "expected a mapping of names"):
+            label_of(f"a name of {what}", key)
     recorder = Recorder(components, defaults)
     named: dict[str, int] = {}
     for key, formula in mapping("surfaces", surfaces, "expected a mapping of names").items():
-        label_of("surfaces", key)
         named[key] = recorder.formula(formula, f"surfaces[{key!r}]")
     if function is not None:
         nodes = recorder.record(function, name, components)
@@ -316,7 +318,6 @@ def define(
             raise DefinitionError(f"surface {key}: its function does not depend on state or time")
     after = {}
     for key, pair in mapping("jumps", jumps, "expected a mapping of names").items():
-        label_of("jumps", key)
         if not isinstance(pair, Sequence) or len(pair) != 2:
             refuse(f"jumps[{key!r}]", pair, "expected (h, the function of the state after)")
         h, jump = pair
@@ -354,7 +355,7 @@ def _of_params(period: Callable[[Any], Any]) -> Function:
 def _switches(switch: object) -> dict[str, Any]:
     """Switching functions by name: one formula, several, or a mapping."""
     if isinstance(switch, Mapping):
-        return {label_of("switch", key): h for key, h in switch.items()}
+        return {label_of("a name of switch", key): h for key, h in switch.items()}
     if isinstance(switch, (list, tuple)):
         return {f"h{j}": h for j, h in enumerate(switch)}
     if switch is None:

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -14,7 +15,18 @@ from . import _core
 if TYPE_CHECKING:
     from ._define import Definition
 
-__all__ = ["Language", "cpp", "cpp_struct", "latex", "latex_name", "python", "text", "write"]
+__all__ = [
+    "Language",
+    "clipped",
+    "cpp",
+    "cpp_struct",
+    "latex",
+    "latex_name",
+    "python",
+    "text",
+    "write",
+    "write_all",
+]
 
 _Node: TypeAlias = tuple[str, int, int, int, int, float]
 
@@ -72,11 +84,26 @@ _GREEK = {
 
 
 def latex_name(name: str) -> str:
-    """Write a name: Greek letters, and what follows them as an index."""
+    """Write a name: Greek letters, and what follows them as an index.
+
+    Raises
+    ------
+    ValueError
+        For what is no name: it could be anything in LaTeX.
+    """
+    _require_name(name)
     found = re.fullmatch(r"([A-Za-z]+?)_?(\d*|_\w+)", name)
     stem, index = (found[1], found[2].lstrip("_")) if found else (name, "")
     letter = rf"\{stem}" if stem in _GREEK else stem if len(stem) == 1 else rf"\mathrm{{{stem}}}"
+    # an index of an index, or two of them, are an error of LaTeX
+    letter, index = letter.replace("_", r"\_"), index.replace("_", r"\_")
     return f"{letter}_{{{index}}}" if index else letter
+
+
+def _require_name(name: str) -> None:
+    """Refuse to write what is no identifier, wherever it comes from: it would be code."""
+    if not name.isidentifier():
+        raise ValueError(f"{clipped(repr(name))} is no name, and is not written")
 
 
 def _latex_call(f: str, x: str) -> str:
@@ -98,39 +125,96 @@ latex = Language(
 )
 
 
+#: Characters of a formula that is written in one piece, and how deep its parts may be nested then.
+MOST_CHARACTERS = 4_000
+_DEEPEST = 40
+_BEYOND = 10**9  #: a length that is counted no further: a square of squares has 2^n factors
+
+
 def write(
     graph: _core.Graph,
     e: int,
     state: Sequence[str],
     params: Sequence[str],
     language: Language = python,
-    *,
-    named: Mapping[int, str] | None = None,
 ) -> str:
     """Write an expression, with the fewest parentheses.
 
+    A long one is written with what it shares written once: `v1*v1 - 1, where v0 = x*x, where ...`.
+    """
+    named, (text,) = write_all(graph, [e], state, params, language)
+    return ", ".join([text, *(f"where {name} = {words}" for name, words in named)])
+
+
+def write_all(
+    graph: _core.Graph,
+    outputs: Sequence[int],
+    state: Sequence[str],
+    params: Sequence[str],
+    language: Language = python,
+    *,
+    share: bool = False,
+) -> tuple[list[tuple[str, str]], list[str]]:
+    """Write expressions, and before them what they share.
+
     Parameters
     ----------
-    named : mapping, optional
-        Names of nodes that are written by name.
+    share : bool
+        Whether to name what is used twice in every case, and not only where it is long.
+
+    Returns
+    -------
+    list of (name, formula), list of str
+        Each formula uses names before its own.
     """
     nodes = graph.nodes()
     functions = [called for called, _ in graph.functions()]
-    known = {} if named is None else {i: (name, _ATOM) for i, name in named.items() if i != e}
+    below = _below(nodes, outputs)
+    length = _lengths(nodes, below)
+    share = share or any(length[e] > MOST_CHARACTERS for e in outputs)
+    stem = next(v for v in _stems() if not any(_is_numbered(v, n) for n in (*state, *params)))
+    uses = Counter(a for i in below for a in nodes[i][1:4] if a >= 0)
+    known: dict[int, tuple[str, int]] = {}
+    depth: dict[int, int] = {}
+    named: list[tuple[str, str]] = []
 
     def part(i: int, least: int) -> str:
         words, binds = known[i]
         return words if binds >= least else f"({words})"
 
-    for i in _below(nodes, [e]):
-        if i not in known:
-            op, *_, output, function = nodes[i]
-            known[i] = (
-                (f"{functions[int(function)]}(t, s, p)[{output}]", _ATOM)
-                if op == "call"
-                else _one(nodes[i], part, state, params, language)
-            )
-    return known[e][0]
+    for i in below:
+        op, *operands, output, function = nodes[i]
+        known[i] = (
+            (f"{functions[int(function)]}(t, s, p)[{output}]", _ATOM)
+            if op == "call"
+            else _one(nodes[i], part, state, params, language)
+        )
+        depth[i] = 1 + max((depth[a] for a in operands if a >= 0), default=0)
+        is_leaf = op in ("constant", "time", "state", "param")
+        if share and not is_leaf and (uses[i] > 1 or (uses[i] and depth[i] > _DEEPEST)):
+            name = language.name(f"{stem}{len(named)}")
+            named.append((name, known[i][0]))
+            known[i], depth[i] = (name, _ATOM), 0
+    return named, [known[e][0] for e in outputs]
+
+
+def _stems() -> Iterator[str]:
+    """Give letters, then words that nobody has taken."""
+    yield from "vwuqz"
+    yield from (f"part{'_' * n}" for n in itertools.count(1))
+
+
+def _is_numbered(stem: str, name: str) -> bool:
+    return name.startswith(stem) and name[len(stem) :].lstrip("_").isdigit()
+
+
+def _lengths(nodes: Sequence[_Node], below: Sequence[int]) -> dict[int, int]:
+    """About how many characters each would have in one piece."""
+    found: dict[int, int] = {}
+    for i in below:
+        inside = sum(found[a] for a in nodes[i][1:4] if a >= 0)
+        found[i] = min(inside + 3, _BEYOND)
+    return found
 
 
 def _below(nodes: Sequence[_Node], roots: Sequence[int]) -> list[int]:
@@ -193,7 +277,12 @@ def text(graph: _core.Graph, e: int) -> str:
     nodes = graph.nodes()
     state = [f"x{k}" for k in range(1 + max((n[4] for n in nodes if n[0] == "state"), default=0))]
     params = [f"p{k}" for k in range(1 + max((n[4] for n in nodes if n[0] == "param"), default=0))]
-    return write(graph, e, state, params)
+    return clipped(write(graph, e, state, params))
+
+
+def clipped(words: str, most: int = 400) -> str:
+    """Give a text for people, without the end of one that nobody reads."""
+    return words if len(words) <= most else words[: most - 3] + "..."
 
 
 # --- C++ ------------------------------------------------------------------------------------------
@@ -218,6 +307,7 @@ struct {name} {{
     template <class S> using X = filippov::Vec<S, dim>;
     template <class S> using P = filippov::Vec<S, {n}>;
 """
+_MOST_CPP = 64 * 10**6  #: characters
 _CPP_SURFACES = """\
     static constexpr int surfaces = {m};
     static constexpr std::array<filippov::SurfaceKind, surfaces> kinds{{{kinds}}};
@@ -227,6 +317,23 @@ _CPP_SIGN = """\
             return filippov::select(v > S(0), S(1), filippov::select(v < S(0), S(-1), S(0)));
         };
 """
+#: Names that mean something else in C++, or in the struct.
+_CPP_TAKEN = frozenset(
+    word
+    for line in (
+        "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t",
+        "char16_t char32_t class compl concept const consteval constexpr constinit const_cast",
+        "continue co_await co_return co_yield decltype default delete do double dynamic_cast else",
+        "enum explicit export extern false float for friend goto if inline int long mutable",
+        "namespace new noexcept not not_eq nullptr operator or or_eq private protected public",
+        "register reinterpret_cast requires return short signed sizeof static static_assert",
+        "static_cast struct switch template this thread_local throw true try typedef typeid",
+        "typename union unsigned using virtual void volatile wchar_t while xor xor_eq main std",
+        "filippov unix linux NULL EOF NAN INFINITY S X P dim state params defaults surfaces kinds",
+        "f1 f2 h region jump period side",
+    )
+    for word in line.split()
+)
 _CPP_OWN = ("cos", "sin")  #: those of filippov::elementary, which inline
 _CPP_STD = ("abs", "asin", "atan", "cosh", "exp", "log", "pow", "sinh", "sqrt", "tan", "tanh")
 
@@ -245,8 +352,10 @@ def cpp_struct(
     definition: Definition, name: str, params: Mapping[str, float], kinds: Sequence[str]
 ) -> str:
     """Write a system as a C++ struct that meets the concept of the headers."""
-    if not name.isidentifier():
-        raise ValueError(f"name = {name!r}: expected a name of C++")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or "__" in name or name in _CPP_TAKEN:
+        raise ValueError(f"name = {clipped(repr(name))}: expected a name of C++")
+    for each in (*definition.state, *params):
+        _require_name(each)
     m = len(definition.h)
     single = m == 1 and kinds[0] == "switching"
     parts = [
@@ -270,6 +379,11 @@ def cpp_struct(
     t, x = f"{unused}const S& t", f"{unused}const X<S>& x"
 
     def function(returned: str, called: str, arguments: str, body: str) -> None:
+        if sum(map(len, parts)) + len(body) > _MOST_CPP:
+            raise ValueError(
+                f"{name} has more than {_MOST_CPP // 10**6} million characters in C++: expected"
+                " formulas of fewer operations, or of fewer surfaces"
+            )
         parts.append(
             f"    template <class S>\n    {returned} {called}({arguments}) const {{\n"
             f"{_cpp_using(body)}{body}    }}\n"
@@ -312,24 +426,12 @@ def cpp_struct(
 
 def _cpp_body(definition: Definition, outputs: Sequence[int], returned: str) -> str:
     """Statements that compute nodes and return them; what is used twice has a name."""
-    nodes = definition.graph.nodes()
     state = [f"x[{i}]" for i in range(len(definition.state))]
     params = [f"p[{k}]" for k in range(len(definition.params))]
-    below = _below(nodes, outputs)
-    uses = Counter(a for i in below for a in nodes[i][1:4] if a >= 0)
-    named: dict[int, str] = {}
-    lines = []
-    for i in below:
-        if uses[i] > 1 and nodes[i][0] not in ("constant", "time", "state", "param"):
-            formula = write(definition.graph, i, state, params, cpp, named=named)
-            named[i] = f"v{len(named)}"
-            lines.append(f"        const S {named[i]} = {formula};\n")
-
-    def value(e: int) -> str:
-        return named.get(e) or write(definition.graph, e, state, params, cpp, named=named)
-
+    named, values = write_all(definition.graph, outputs, state, params, cpp, share=True)
+    lines = [f"        const S {name} = {formula};\n" for name, formula in named]
     if returned == "S":
-        return "".join(lines) + f"        return S({value(outputs[0])});\n"
+        return "".join(lines) + f"        return S({values[0]});\n"
     lines.append(f"        {returned} f;\n")
-    lines += [f"        f[{i}] = S({value(e)});\n" for i, e in enumerate(outputs)]
+    lines += [f"        f[{i}] = S({value});\n" for i, value in enumerate(values)]
     return "".join(lines) + "        return f;\n"

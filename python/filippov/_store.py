@@ -21,6 +21,7 @@ import numpy as np
 
 from . import _core
 from ._check import number, path_of, refuse
+from ._sizes import MOST_BYTES, require_room
 from ._solution import Solution
 from ._sound import Unsound, complete, known, require, typed
 from ._status import Status
@@ -188,13 +189,17 @@ def _sound(made: Any) -> Any:  # noqa: ANN401 - any class that is stored
     return made
 
 
-def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is known when the file is read
+def load(path: str | os.PathLike[str], *, most_bytes: int = MOST_BYTES) -> Any:  # noqa: ANN401 - the class is known when the file is read
     """Load a result that was saved with its method `save`.
+
+    Nothing in a file is run, whoever made it: see the page "Files of strangers".
 
     Parameters
     ----------
     path : str or path
         The file, or the zarr group.
+    most_bytes : int
+        What its arrays may take in memory. By default 4 GiB.
 
     Returns
     -------
@@ -212,10 +217,14 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class is kn
     """
     foreign = "expected a file written by the method save of a result of filippov"
     file = path_of("path", path)
+    most = number("most_bytes", most_bytes, "expected a number of bytes > 0", above=0.0)
     try:
+        require_room(file, int(most), META)
         meta, arrays = (_read_zarr if file.is_dir() else _read_npz)(file)
     except (OSError, ImportError, MemoryError):
         raise
+    except Unsound as error:
+        refuse("path", os.fspath(path), f"{error}; {foreign}")
     except Exception:  # a damaged file fails in as many ways as there are libraries
         refuse("path", os.fspath(path), foreign)
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:

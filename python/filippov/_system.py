@@ -14,7 +14,7 @@ from . import _core
 from ._check import among, floats, mapping, name_of, number, one_of, refuse
 from ._define import Definition, Formula, Function, check, define
 from ._foreign import Surroundings, warn_slow
-from ._formula import cpp_struct, latex, latex_name, write
+from ._formula import clipped, cpp_struct, latex, latex_name, write, write_all
 from ._period import check_period, period_of, require_period
 from ._types import FloatOrArray, Floats
 
@@ -535,14 +535,18 @@ class System:
             For a compiled system, whose formulas are not known.
         """
         definition = self._formulas()
-        rows = []
-        for code, region in enumerate(definition.region):
+        dim, splits = len(self.state), definition.h[: self._splits()]
+        fields = [e for region in definition.region for e in region]
+        named, words = write_all(
+            definition.graph, [*splits, *fields], self.state, tuple(self._params), latex
+        )
+        rows = [f"{name} &= {formula}" for name, formula in named]
+        for k, derivative in enumerate(words[len(splits) :]):
+            code, i = divmod(k, dim)
             where = r",\ ".join(
-                f"{self._words(h, latex)} {'>' if code >> j & 1 else '<'} 0"
-                for j, h in enumerate(definition.h[: self._splits()])
+                f"{h} {'>' if code >> j & 1 else '<'} 0" for j, h in enumerate(words[: len(splits)])
             )
-            for name, e in zip(self.state, region, strict=True):
-                rows.append(rf"\dot{{{latex_name(name)}}} &= {self._words(e, latex)} && {where}")
+            rows.append(rf"\dot{{{latex_name(self.state[i])}}} &= {derivative} && {where}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def to_cpp(self, name: str | None = None) -> str:
@@ -583,13 +587,6 @@ class System:
     def _splits(self) -> int:
         return sum(kind != "jump" for kind in self.kinds)
 
-    def _words(self, e: int, language: Any = None) -> str:  # noqa: ANN401 - see _formula.Language
-        definition = self._formulas()
-        names = (self.state, tuple(self._params))
-        if language is None:
-            return write(definition.graph, e, *names)
-        return write(definition.graph, e, *names, language)
-
     def __eq__(self, other: object) -> bool:
         """Tell whether both have the same equations and parameter values."""
         if not isinstance(other, System):
@@ -609,7 +606,7 @@ class System:
             lines.append(f"  params   {shown}")
         lines += [
             f"  {'switch' if kind == 'switching' else kind:8} "
-            f"h{j if self.surfaces > 1 else ''} = {text}"
+            f"h{j if self.surfaces > 1 else ''} = {clipped(text)}"
             for j, (text, kind) in enumerate(zip(self._switches, self.kinds, strict=False))
         ]
         period = self.period()

@@ -145,7 +145,8 @@ def _written(node: ast.expr) -> str:
 def _value(node: ast.expr, given: list[Any], names: Mapping[str, Any]) -> Any:  # noqa: ANN401
     match node:
         case ast.Constant(value=bool() | int() | float() as value):
-            return float(value)  # 9**9**9 of integers would not end
+            # of numpy, whose conditions have ~ and &; 9**9**9 of integers would not end
+            return np.float64(value)
         case ast.Name(id=name):
             return _named(name, names)
         case ast.BinOp(op=op):

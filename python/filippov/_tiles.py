@@ -99,6 +99,26 @@ class Store:
                 dimension_names=("tile", f"{stage.name}_number"),
             )
 
+    def verify(self, stage: Stage) -> None:
+        """Refuse arrays that are not those that `begin` makes: a file may declare any size."""
+        width = 2 + len(stage.numbers)
+        expected = {
+            name: (values.shape, values.dtype, min(self.tiling.rows, len(values)))
+            for name, values in stage.outputs.items()
+        }
+        expected[self._done(stage)] = ((len(self.tiling), width), np.dtype(np.int64), 1)
+        for name, (shape, dtype, rows) in expected.items():
+            try:
+                found = self.group[name]
+                made = (found.shape, found.dtype, found.chunks)
+            except (OSError, MemoryError):
+                raise
+            except Exception as error:
+                self._refuse(f"{name!r} cannot be read ({error})")
+            wanted = (shape, dtype, (max(1, rows), *shape[1:]))
+            if made != wanted:
+                self._refuse(f"{name!r} is {made}, expected {wanted}")
+
     def complete(self, stage: Stage) -> NDArray[np.int64]:
         """Rows (1, checksum, numbers...) of the tiles that are complete, 0 for the others."""
         return self._read(self._done(stage), slice(None))
@@ -248,6 +268,7 @@ def run_stage(
     sums = dict.fromkeys(stage.numbers, 0)
     if store is not None:
         store.begin(stage)
+        store.verify(stage)
         complete = store.complete(stage)
         for k in [k for k in todo if complete[k, 0] == 1]:
             for name, values in store.read(stage, k, complete[k]).items():
