@@ -137,7 +137,7 @@ def label_of(name: str, value: object) -> str:
     return text
 
 
-def names_of(what: str, names: object, *, typed: bool = True) -> tuple[str, ...]:
+def names_of(what: str, names: Any, *, typed: bool = True) -> tuple[str, ...]:  # noqa: ANN401 - checked here
     """Names in a text, separated by spaces or commas, or in a sequence.
 
     Parameters
@@ -148,7 +148,7 @@ def names_of(what: str, names: object, *, typed: bool = True) -> tuple[str, ...]
     if isinstance(names, str):
         names = names.replace(",", " ").split()
     try:
-        found = tuple(names)  # type: ignore[arg-type]
+        found = tuple(names)
     except TypeError:
         refuse(what, names, "expected names, as in 'y v'", TypeError)
     for name in found:

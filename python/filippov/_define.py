@@ -25,7 +25,7 @@ from ._text import formula_of
 from ._trace import DefinitionError, Expression, Names, Numbers, as_expressions
 from ._types import Floats
 
-__all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define"]
+__all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define", "names_of"]
 
 #: `f(t, s, p)`: time, state and parameters by name; the derivatives, one a component.
 Function = Callable[..., Any]

@@ -8,8 +8,8 @@ and messages; its numbers are places in a graph.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
 
 from . import _core
 from ._check import LAWS, label_of, names_of
@@ -81,7 +81,7 @@ def _check_names(plain: Mapping[str, Any]) -> None:
             label_of(f"a name of {what}", name)
 
 
-def _is_list(value: object) -> bool:
+def _is_list(value: object) -> TypeGuard[Sequence[Any]]:
     return isinstance(value, (list, tuple))
 
 
@@ -103,8 +103,9 @@ def _is_index(value: object, low: int, end: int) -> bool:
 def _check_node(place: int, node: object, dim: int, n_params: int) -> None:
     """Refuse a node that is none, or that is not made of nodes before it."""
     where = f"operation {place}"
-    require(_is_list(node) and len(node) == 6, f"{where} has not six entries")
-    op, *operands, index, value = node  # type: ignore[misc]
+    if not _is_list(node) or len(node) != 6:
+        raise Unsound(f"{where} has not six entries")
+    op, *operands, index, value = node
     n = _OPERANDS.get(op) if isinstance(op, str) else None
     require(n is not None, f"{where} is unknown")
     for k, operand in enumerate(operands):
@@ -119,8 +120,9 @@ def _check_roots(plain: Mapping[str, Any], dim: int, n: int) -> None:
     """Refuse places of formulas at which there is none."""
 
     def places(what: str, values: object) -> None:
-        require(_is_list(values) and len(values) == dim, f"{what} has not {dim} entries")
-        for value in values:  # type: ignore[attr-defined]
+        if not _is_list(values) or len(values) != dim:
+            raise Unsound(f"{what} has not {dim} entries")
+        for value in values:
             place(what, value)
 
     def place(what: str, value: object) -> None:

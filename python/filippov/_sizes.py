@@ -126,7 +126,8 @@ def _require_group(path: Path, most: int) -> None:
                 arrays[file.parent.name] = _require_array(file.parent, told)
     root = json.loads((path / "zarr.json").read_text())["attributes"]
     total = sum(size for _, size in arrays.values())
-    total += sum(_size_of_records(*item, arrays) for item in root.get("records", {}).items())
+    for name, columns in root.get("records", {}).items():
+        total += _size_of_records(name, columns, arrays)
     require(
         total <= _FREE + _ZSTANDARD * on_disk, "it declares more than its bytes on disk can hold"
     )
