@@ -199,3 +199,17 @@ TEST_CASE("Graph: a square of squares is looked at once, and so is what it is a 
     CHECK(sign(g.mul(g.constant(-2), sum)) == g.unary(Op::sign, g.neg(sum)));
     CHECK(g.div(sum, x) == g.div(sum, x));
 }
+
+TEST_CASE("Graph: a power of powers of powers does not exhaust the stack", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1);
+    Expr e = g.abs(x);
+    for (int k = 0; k < 300'000; ++k)
+        e = g.pow(e, y);
+    CHECK(g[g.unary(Op::sign, e)].op == Op::sign);
+    CHECK(g.unary(Op::sign, g.pow(g.pow(g.abs(x), y), y)) == g.constant(1));
+    Expr shared = g.abs(x);
+    for (int k = 0; k < 80; ++k) // 2^80 paths
+        shared = g.mul(g.pow(shared, x), g.pow(shared, y));
+    CHECK(g.unary(Op::sign, shared) == g.constant(1));
+}

@@ -436,7 +436,8 @@ private:
             return std::ranges::all_of(fixed, [](const Factor& f) { return f.count % 2 == 0; });
         }
     };
-    Factors factors_of(Expr a) const {
+    /// @param deep  powers of powers that it is inside of: beyond some nothing is known of one
+    Factors factors_of(Expr a, int deep = 0) {
         Factors all;
         // Each node once, the youngest first, with how often it is a factor: once or, as good as
         // any even number, twice. (A square of a square ... of 1000 squares has 2^1000 factors.)
@@ -462,7 +463,8 @@ private:
                 more(n.arg[1], count);
             } else if (n.op == Op::neg || has_sign_of_operand(n)) {
                 more(n.arg[0], count);
-            } else if (n.op != Op::pow || !is_magnitude(n.arg[0])) { // |a|^b is zero at most
+            } else if (n.op != Op::pow || !is_magnitude(n.arg[0], deep)) {
+                // (|a|^b is zero at most)
                 (varies(e) ? all.varying : all.fixed).push_back({e, count});
             }
         }
@@ -473,11 +475,14 @@ private:
                n.op == Op::asin || (n.op == Op::powi && n.index % 2 != 0);
     }
     /// True if its form tells that it is negative nowhere, as that of x sign(x) does.
-    bool is_magnitude(Expr e) const {
-        const Factors all = factors_of(e);
+    bool is_magnitude(Expr e, int deep) {
+        constexpr int most = 100;
+        if (const auto found = magnitude_.find(e); found != magnitude_.end() || deep >= most)
+            return found != magnitude_.end() && found->second;
+        const Factors all = factors_of(e, deep + 1);
         const auto even = [&](const Factor& f) { return !Factors::turns(f, not_negative_); };
-        return !all.negative && std::ranges::all_of(all.varying, even) &&
-               std::ranges::all_of(all.fixed, even);
+        return magnitude_[e] = !all.negative && std::ranges::all_of(all.varying, even) &&
+                               std::ranges::all_of(all.fixed, even);
     }
     /// -1 where a product of signs is -1, else 1: also where it is 0, so that what it turns stays a
     /// surface.
@@ -817,7 +822,8 @@ private:
     using Key = std::tuple<Op, std::array<Expr, 3>, int, double>;
     std::vector<Node> nodes_;
     std::vector<bool> varies_, switches_, has_params_, positive_, not_negative_;
-    std::vector<ValueRange> range_; ///< that no value is outside of
+    std::vector<ValueRange> range_;  ///< that no value is outside of
+    std::map<Expr, bool> magnitude_; ///< what is_magnitude has found
     std::map<Key, Expr> known_;
     std::vector<std::shared_ptr<const External>> functions_;
     std::map<std::pair<int, int>, int> partials_; ///< by function and input
