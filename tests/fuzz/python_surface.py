@@ -163,6 +163,9 @@ def use(result, path) -> None:
         repr(result)
         result.save(path)
         system = result.system
+        str(system)
+        system.to_cpp("Loaded")
+        system.latex()
         fp.simulate(system, np.ones(system.dim), (0, 1), **EVENTS)
         if getattr(result, "sol", None) is not None:
             result.sol(np.linspace(result.sol.t_min, result.sol.t_max, 7))
