@@ -21,6 +21,7 @@ __all__ = [
     "finite",
     "known",
     "ordered",
+    "printable",
     "record",
     "require",
     "shaped",
@@ -53,6 +54,24 @@ def codes(low: int, end: int, **arrays: Any) -> None:
         outside = each[(each < low) | (each >= end)]
         if outside.size:
             require(False, f"{name} has {outside.flat[0]}, expected {low} to {end - 1}")
+
+
+def printable(what: str, value: Any) -> None:  # noqa: ANN401 - a text, or any array
+    """Refuse words that would steer a terminal: control characters, and those that turn a line."""
+    if isinstance(value, str):
+        value = np.array(value)
+    if value.dtype.names is not None:
+        for name in value.dtype.names:
+            printable(f"{what}.{name}", value[name])
+    elif value.dtype.kind == "U" and value.size and value.dtype.itemsize:
+        order = value.dtype.byteorder
+        codes = np.ascontiguousarray(value).reshape(-1).view(f"{order}u4")
+        steers = np.zeros(codes.shape, dtype=bool)
+        # without 0, which fills words up, and 10, which ends a line
+        for first, last in ((1, 9), (11, 31), (127, 159), (0x202A, 0x202E), (0x2066, 0x2069),
+                            (0xD800, 0xDFFF), (0x110000, 2**32 - 1)):  # fmt: skip
+            steers |= (codes >= first) & (codes <= last)
+        require(not steers.any(), f"{what} has words with control characters")
 
 
 def finite(**arrays: Any) -> None:

@@ -23,7 +23,7 @@ from . import _core
 from ._check import number, path_of, refuse
 from ._sizes import MOST_BYTES, require_room
 from ._solution import Solution
-from ._sound import Unsound, complete, known, require, typed
+from ._sound import Unsound, complete, known, printable, require, typed
 from ._status import Status
 from ._system import Params, System, restore, restore_defined
 
@@ -144,15 +144,21 @@ class _Unpack:
 
     def unpacked(self, value: Any) -> Any:  # noqa: ANN401 - any field
         """Give what was packed."""
+        if isinstance(value, str):
+            printable("a text", value)
         if not isinstance(value, dict):
             return value
         if "array" in value:
-            return self._arrays[value["array"]]
+            array = self._arrays[value["array"]]
+            printable("an array", array)
+            return array
         if "number" in value:
             dtype = np.dtype(value["dtype"])
             if dtype.kind not in "biufU" or dtype.itemsize > _MOST_BYTES:
                 raise TypeError(value["dtype"])
-            return dtype.type(value["number"])
+            number_or_word = dtype.type(value["number"])
+            printable("a word", np.asarray(number_or_word))
+            return number_or_word
         if "status" in value:
             return Status(value["status"])
         if "system" in value:
@@ -172,6 +178,8 @@ class _Unpack:
             return tuple(self.unpacked(v) for v in value["tuple"])
         if "params" in value:
             return Params({key: self.unpacked(v) for key, v in value["params"].items()})
+        for key in value["mapping"]:
+            printable("a key", key)
         return {key: self.unpacked(v) for key, v in value["mapping"].items()}
 
 

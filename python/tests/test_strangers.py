@@ -159,6 +159,25 @@ def test_what_is_written_looks_at_names_again():
     assert latex_name("a_b_c") == r"\mathrm{a}_{b\_c}" or "_b_" not in latex_name("a_b_c")
 
 
+@pytest.mark.parametrize("word", ["\x1b[2J", "a\rb", "\u202e", "\x9b1m", "\x7f"], ids=ascii)
+def test_words_that_steer_a_terminal_are_refused(saved, tmp_path, word):
+    from filippov._sound import Unsound, printable
+
+    def say(meta):
+        fields = meta["content"]["fields"]
+        key = next(name for name, value in fields.items() if isinstance(value, str))
+        fields[key] = f"all is well{word}"
+
+    with pytest.raises(ValueError, match="control characters"):
+        fp.load(edited(saved, tmp_path / "said.npz", say))
+    record = np.zeros(3, dtype=[("a", "i4"), ("b", ">U9")])
+    printable("r", record)
+    record["b"][1] = f"x{word}"
+    with pytest.raises(Unsound, match=r"r\.b has words"):
+        printable("r", record)
+    printable("r", np.array(["é\n", "ω", "", "日本"]))
+
+
 # --- definitions ----------------------------------------------------------------------------------
 
 WRONG = {
