@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import tempfile
+import shutil
 import zlib
 from collections.abc import Mapping
 from enum import Enum
@@ -26,6 +26,7 @@ from ._solution import Solution
 from ._sound import Unsound, complete, known, printable, require, typed
 from ._status import Status
 from ._system import Params, System, restore, restore_defined
+from ._whole import in_the_making, remove_abandoned
 
 __all__ = ["Stored", "load"]
 
@@ -65,6 +66,12 @@ class Stored:
             For `.zarr` without zarr.
         FileExistsError
             For a directory that is no result of filippov.
+
+        Notes
+        -----
+        Whoever loads meanwhile gets what was there before or what is there afterwards, whole,
+        also if this process is killed; what that leaves behind, the next save there removes. A zarr
+        group keeps its arrays in a folder whose name is its attribute `arrays`.
         """
         target = path_of("path", path)
         pack = _Pack()
@@ -77,16 +84,13 @@ class Stored:
             "content": content,
         }
         _require_replaceable(target)
-        # beside it, so that it is there at once or not at all
-        with tempfile.TemporaryDirectory(prefix=".filippov-", dir=target.parent) as folder:
-            part = Path(folder) / "part"
-            if target.suffix == ".zarr":
-                _write_zarr(part, meta, pack.arrays)
-                if target.exists():
-                    target.replace(Path(folder) / "old")
-            else:
-                with part.open("wb") as file:
-                    np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **pack.arrays)  # type: ignore[arg-type]
+        remove_abandoned(target.parent)
+        if target.suffix == ".zarr":
+            _save_zarr(target, meta, pack.arrays)
+            return
+        with in_the_making(target.parent, folder=False) as part:
+            with part.open("wb") as file:
+                np.savez_compressed(file, **{META: np.array(json.dumps(meta))}, **pack.arrays)  # type: ignore[arg-type]
             part.replace(target)
 
 
@@ -227,8 +231,11 @@ def load(path: str | os.PathLike[str], *, most_bytes: int = MOST_BYTES) -> Any: 
     file = path_of("path", path)
     most = number("most_bytes", most_bytes, "expected a number of bytes > 0", above=0.0)
     try:
-        require_room(file, int(most), META)
-        meta, arrays = (_read_zarr if file.is_dir() else _read_npz)(file)
+        if file.is_dir():
+            meta, arrays = _read_group(file, int(most))
+        else:
+            require_room(file, int(most), META)
+            meta, arrays = _read_npz(file)
     except (OSError, ImportError, MemoryError):
         raise
     except Unsound as error:
@@ -287,9 +294,11 @@ _MOST_BYTES = 1024  #: of one number or word
 
 def _require_replaceable(target: Path) -> None:
     """Refuse to replace a directory that holds something else."""
-    if not target.is_dir():
-        return
     expected = "expected a path where nothing is, or a result of filippov"
+    if not target.is_dir():
+        if target.suffix == ".zarr" and target.exists():
+            refuse("path", os.fspath(target), expected, FileExistsError)
+        return
     if target.is_symlink() or target.suffix != ".zarr":
         refuse("path", os.fspath(target), expected, FileExistsError)
     try:
@@ -306,11 +315,72 @@ def _read_npz(path: Path) -> tuple[Any, Arrays]:
     return json.loads(str(arrays.pop(META))), arrays
 
 
-def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> None:
-    """Write a group, in which records are arrays of columns, and words numbers of their list."""
+_DATA = "data-"  #: folders of arrays in a group begin so
+
+
+def _save_zarr(target: Path, meta: dict[str, Any], arrays: Arrays) -> None:
+    """Make a group, or put other arrays in the place of those of one that is there.
+
+    A folder cannot be replaced by another in one step, but the file that names the arrays can.
+    """
+    if not target.is_dir():
+        with in_the_making(target.parent) as part:
+            with in_the_making(part, _DATA, keep=lambda _: True) as data:
+                _point_to(part, data, meta, arrays)
+            try:
+                part.rename(target)
+            except OSError:
+                if not target.is_dir():
+                    raise
+            else:
+                return
+        # another process was first
+    before = _arrays_of(target)
+
+    def current(data: Path) -> bool:
+        return data.name in ("zarr.json", _arrays_of(target))
+
+    with in_the_making(target, _DATA, keep=current) as data:
+        _point_to(target, data, meta, arrays)
+    if before is not None and not current(target / before):
+        shutil.rmtree(target / before, ignore_errors=True)
+    remove_abandoned(target, "", keep=current)
+
+
+def _point_to(group: Path, data: Path, meta: dict[str, Any], arrays: Arrays) -> None:
+    """Write arrays into a folder of a group, and then that the group consists of them."""
+    attributes = _write_zarr(data, meta, arrays) | {"arrays": data.name}
+    root = {"zarr_format": 3, "node_type": "group", "attributes": attributes}
+    made = data / "root.json"
+    made.write_text(json.dumps(root))
+    made.replace(group / "zarr.json")
+
+
+def _arrays_of(group: Path) -> str | None:
+    """Name of the folder with a group's arrays; None where they are in the group itself."""
+    name = json.loads((group / "zarr.json").read_text())["attributes"].get("arrays")
+    return name if isinstance(name, str) else None
+
+
+def _read_group(path: Path, most: int) -> tuple[Any, Arrays]:
+    """Read a group, again if it was replaced meanwhile."""
+    for _ in range(100):
+        before = _arrays_of(path)
+        try:
+            require_room(path, most, META)
+            return _read_zarr(path)
+        except Exception:
+            if _arrays_of(path) == before:
+                raise
+    require_room(path, most, META)
+    return _read_zarr(path)
+
+
+def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
+    """Write records as arrays of columns, and words as numbers of their list; tell the rest."""
     import zarr
 
-    group = zarr.open_group(path, mode="w", zarr_format=3)
+    group = zarr.open_group(path, mode="a", zarr_format=3)
     records: dict[str, list[Any]] = {}
     sums: dict[str, int] = {}
 
@@ -335,7 +405,7 @@ def _write_zarr(path: Path, meta: dict[str, Any], arrays: Arrays) -> None:
 
     for name, array in arrays.items():
         put(name, array)
-    group.attrs.update({META: meta, "records": records, "checksums": sums})
+    return {META: meta, "records": records, "checksums": sums}
 
 
 def _checksum(array: np.ndarray[Any, Any]) -> int:
@@ -347,9 +417,11 @@ def _read_zarr(path: Path) -> tuple[Any, Arrays]:
     import zarr
 
     group = zarr.open_group(path, mode="r", zarr_format=3)
+    folder = group.attrs.get("arrays")
+    inside = "" if folder is None else f"{folder}/"
     columns: Arrays = {}
     for name, checksum in group.attrs["checksums"].items():
-        stored = group[name]
+        stored = group[f"{inside}{name}"]
         if stored.dtype.kind not in "biufc":
             raise TypeError(f"{name} is of another kind")
         values = np.asarray(stored[...])

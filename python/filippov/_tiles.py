@@ -13,6 +13,7 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._check import path_of, refuse
+from ._whole import in_the_making, remove_abandoned
 
 __all__ = ["Stage", "Store", "Tiling", "open_store", "run_stage"]
 
@@ -79,25 +81,38 @@ class Store:
     def begin(self, stage: Stage) -> None:
         """Make a stage's arrays, unless they are there."""
         for name, values in stage.outputs.items():
-            if name not in self.group:
-                self.group.create_array(
-                    name,
-                    shape=values.shape,
-                    chunks=(max(1, min(self.tiling.rows, len(values))), *values.shape[1:]),
-                    dtype=values.dtype,
-                    fill_value=values.flat[0] if values.size else 0,
-                    dimension_names=stage.dims.get(name),
-                )
-        if self._done(stage) not in self.group:
-            self.group.create_array(
-                self._done(stage),
-                shape=(len(self.tiling), 2 + len(stage.numbers)),
-                chunks=(1, 2 + len(stage.numbers)),
-                dtype=np.int64,
-                fill_value=0,
-                compressors=None,
-                dimension_names=("tile", f"{stage.name}_number"),
+            self._make(
+                name,
+                shape=values.shape,
+                chunks=(max(1, min(self.tiling.rows, len(values))), *values.shape[1:]),
+                dtype=values.dtype,
+                fill_value=values.flat[0] if values.size else 0,
+                dimension_names=stage.dims.get(name),
             )
+        self._make(
+            self._done(stage),
+            shape=(len(self.tiling), 2 + len(stage.numbers)),
+            chunks=(1, 2 + len(stage.numbers)),
+            dtype=np.int64,
+            fill_value=0,
+            compressors=None,
+            dimension_names=("tile", f"{stage.name}_number"),
+        )
+
+    def _make(self, name: str, **how: Any) -> None:
+        """Make an array; where two processes do, the first one's is taken by both."""
+        if name in self.group:
+            return
+        import zarr
+
+        folder = Path(self.path)
+        with in_the_making(folder) as part:
+            zarr.open_group(part, mode="a").create_array(name, **how)
+            try:
+                (part / name).rename(folder / name)
+            except OSError:
+                if name not in self.group:
+                    raise
 
     def verify(self, stage: Stage) -> None:
         """Refuse arrays that are not those that `begin` makes: a file may declare any size."""
@@ -208,8 +223,7 @@ def open_store(
     )
     shown = os.fspath(path)
     if not target.exists() or (target.is_dir() and not any(target.iterdir())):
-        group = zarr.open_group(target, mode="w", attributes={"filippov_manifest": manifest})
-        return Store(shown, group, tiling), tiling
+        _create(target, manifest)
     foreign = "expected a directory that does not exist yet, or a store of the same run"
     try:
         group = zarr.open_group(target, mode="r+")
@@ -218,6 +232,7 @@ def open_store(
         refuse("store", shown, foreign)
     if not isinstance(found, dict):
         refuse("store", shown, foreign)
+    remove_abandoned(target)
     made, wanted = dict(_flat(found)), dict(_flat(manifest))
     for name, expected in wanted.items():
         if made.get(name) != expected:
@@ -230,6 +245,21 @@ def open_store(
         if name not in wanted:
             refuse("store", shown, f"it was made with {name} = {there!r}, which is not asked for")
     return Store(shown, group, tiling), tiling
+
+
+def _create(target: Path, manifest: dict[str, Any]) -> None:
+    """Make a store without arrays, unless another process does so first."""
+    import zarr
+
+    target.parent.mkdir(parents=True, exist_ok=True)
+    remove_abandoned(target.parent)
+    with in_the_making(target.parent) as part:
+        zarr.open_group(part, mode="a", attributes={"filippov_manifest": manifest})
+        try:
+            part.rename(target)
+        except OSError:
+            if not target.is_dir():
+                raise
 
 
 def _checksum(arrays: Arrays, numbers: list[int]) -> int:
