@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _core
-from ._check import integer, number, refuse
+from ._check import MOST, UNORDERED, integer, number, refuse
 from ._progress import Progress, ended, shown
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def uncertainty_exponent(
 ) -> UncertaintyExponent:
     """Label pairs of random points and fit."""
     try:
-        size = len(epsilons)
+        size = len(list(epsilons)) if not isinstance(epsilons, UNORDERED) else 0
     except TypeError:
         refuse("epsilons", epsilons, "expected two distances or more", TypeError)
     if size < 2:
@@ -141,7 +141,11 @@ def uncertainty_exponent(
     work, known = basins._labelling()
     with shown(progress, "pair") as show:
         found = work.finder.pairs(
-            known, distances, integer("pairs", pairs), integer("seed", seed, 0), show
+            known,
+            distances,
+            integer("pairs", pairs, most=10**9),
+            integer("seed", seed, 0, MOST),
+            show,
         )
     ended(found["raised"])
     alpha, error, dimension, _, _, _, probability, left_out = _core.uncertainty_exponent(

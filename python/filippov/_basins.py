@@ -35,7 +35,7 @@ from ._cells import (
     unpack_cell_map,
     verify_cells,
 )
-from ._check import flag, floats, integer, number, refuse
+from ._check import MOST, flag, floats, integer, number, refuse, transposed
 from ._dataset import dataset
 from ._ensemble import (
     COUNTS,
@@ -237,7 +237,9 @@ class Basins(Stored):
         """
         given = floats("points", points, "expected an array of shape (2, ...)")
         if given.ndim < 1 or given.shape[0] != 2:
-            refuse("points", points, "expected an array of shape (2, ...)")
+            turned = transposed(given.shape, 2)
+            expected = f"expected an array of shape (2, ...), got shape {given.shape}{turned}"
+            refuse("points", points, expected)
         work, known = self._labelling()
         rows = np.ascontiguousarray(given.reshape(2, -1).T)
         found = work.finder.points(known, rows)
@@ -260,7 +262,7 @@ class Basins(Stored):
             Of the points.
         """
         level = number("level", level, "expected 0 < level < 1", above=0.0, below=1.0)
-        points = random_points(self, integer("n", n), integer("seed", seed, 0))
+        points = random_points(self, integer("n", n), integer("seed", seed, 0, MOST))
         labels = range(1, len(self.attractors) + 1)
         return sampled_fractions(self.at(points.T)[0], level, labels)
 
@@ -609,7 +611,7 @@ def search_of(
         "distance": number("distance", distance, "expected 0 <= distance < 1", least=0, below=1),
         "times": flag("times", times),
         "audit": integer("audit", audit, 0),
-        "seed": integer("seed", seed, 0),
+        "seed": integer("seed", seed, 0, MOST),
     }
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._basins import Basins, Saddle, verify_cycles
 from ._cells import Grid, Integers
-from ._check import integer, number, refuse
+from ._check import MOST, integer, number, refuse
 from ._dataset import dataset
 from ._progress import Progress, ended, shown
 from ._sound import codes, complete, known, require, shaped
@@ -284,7 +284,7 @@ def basin_boundary(
     distance = number("distance", distance, expected, above=width, below=1.0)
     turn = number("turn", turn, "expected 0 < turn < pi", above=0.0, below=np.pi)
     near = number("near", near, "expected 0 < near < 1", above=0.0, below=1.0)
-    max_labels = integer("max_labels", max_labels)
+    max_labels = integer("max_labels", max_labels, most=MOST)
     picture, known = _picture(basins)
     with shown(progress, "label") as show:
         found = _core.basin_boundary(
@@ -384,7 +384,7 @@ def unstable_set(
         number("near", near, positive, above=0.0),
         number("length", length, positive, above=0.0),
         integer("generations", generations),
-        integer("max_points", max_points),
+        integer("max_points", max_points, most=MOST),
     )
     result = UnstableSet(
         branches=tuple(

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ._check import number, refuse
+from ._check import UNORDERED, number, refuse, two
 from ._system import System
 from ._types import Floats
 
@@ -30,6 +31,8 @@ def ranges(sys: System, bounds: Bounds, most: int = 2) -> list[tuple[float, ...]
 def interval(name: str, given: object, most: int = 2) -> tuple[float, ...]:
     """Low and high of any sequence of two numbers, and what follows, up to `most`."""
     try:
+        if isinstance(given, UNORDERED):
+            raise TypeError
         span: tuple[Any, ...] = tuple(given)  # type: ignore[arg-type]
     except TypeError:
         refuse(name, given, "expected (low, high)", TypeError)
@@ -37,19 +40,16 @@ def interval(name: str, given: object, most: int = 2) -> tuple[float, ...]:
         cells = " or (low, high, cells)" if most > 2 else ""
         refuse(name, span, f"expected (low, high){cells}")
     low, high = (number(name, value) for value in span[:2])
-    if not low < high:
-        refuse(name, span, "expected low < high")
+    if not 0 < high - low < math.inf:
+        refuse(name, span, "expected low < high, no more than the largest number apart")
     return low, high, *span[2:]
 
 
 def pair(name: str, given: Any, expected: str) -> tuple[float, float]:  # noqa: ANN401 - checked here
     """Low and high of the range of a parameter."""
-    try:
-        low, high = given
-    except (TypeError, ValueError):
-        refuse(name, given, expected)
+    low, high = two(name, given, expected)
     low, high = number(f"{name}[0]", low, expected), number(f"{name}[1]", high, expected)
-    if not low < high:
+    if not 0 < high - low < math.inf:
         refuse(name, (low, high), expected)
     return low, high
 

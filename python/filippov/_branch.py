@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._bounds import pair
-from ._check import integer, number, refuse, word, words
+from ._check import among, integer, number, refuse, word, words
 from ._cycle import node_events, verify_nodes, without_point
 from ._dataset import dataset, event_variables
 from ._geometry import one_surface
@@ -172,8 +172,7 @@ class Branch(Stored):
             Which point; negative ones count from the end.
         """
         n = len(self)
-        given: object = index
-        if not (isinstance(given, (int, np.integer)) and -n <= index < n):
+        if not among(index, range(-n, n)):
             refuse("index", index, f"expected an index of {n} points")
         i = int(index) % n
         values = self._params_at(i)

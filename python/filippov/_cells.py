@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._bounds import interval
-from ._check import integer, mapping, number, refuse
+from ._check import integer, mapping, number, refuse, start_within
 from ._dataset import dataset
 from ._ensemble import (
     COUNTS,
@@ -51,6 +51,7 @@ __all__ = ["CellGroup", "CellMap", "Grid", "cell_map"]
 Integers = NDArray[np.int32]
 OK, ESCAPED = (list(STATUS_NAMES).index(status.value) for status in (Status.ok, Status.escaped))
 GridArgument = Mapping[str, Sequence[float]]
+MOST_CELLS = 100_000  #: along an axis, as the core takes them
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,9 @@ def picture_of(
             refuse(f"grid[{name!r}]", given, "expected (low, high, cells)")
         names.append(name)
         ends.append(span[:2])
-        shape.append(integer(f"grid[{name!r}][2]", span[2]))
+        shape.append(integer(f"grid[{name!r}][2]", span[2], most=MOST_CELLS))
+        if not span[1] - span[0] >= 1024 * shape[-1] * np.spacing(max(map(abs, span[:2]))):
+            refuse(f"grid[{name!r}]", given, "expected cells wider than rounding, by far")
     others = [name for name in sys.state if name not in names]
     state = np.zeros(sys.dim)
     for name, value in mapping("rest", rest, "expected a mapping of names to values").items():
@@ -177,8 +180,9 @@ def picture_of(
     )
     if forced:
         sys._forced(values)
-    period = sys.period(values) if forced else math.nan
-    picture = Picture(found, state, number("t0", t0), values, float(period or math.nan))
+    period = float((sys.period(values) if forced else None) or math.nan)
+    t0 = start_within("t0", number("t0", t0), period)
+    picture = Picture(found, state, t0, values, period)
     if "t" in names:
         return picture
     lines = _core.lines_on_surface(sys._model, found.axes, picture.table, state, picture.t0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import math
 import re
 import sys
 import time
@@ -170,9 +171,12 @@ def _range(what: str, text: str) -> tuple[str, float, float, int]:
     if not equals or len(parts) != 3:
         raise ValueError(f"{what} {text}: expected NAME=FROM:TO:N")
     n = _number(what, parts[2])
-    if n != int(n) or n < 1:
+    if not (1 <= n < 2**31 and n.is_integer()):
         raise ValueError(f"{what} {text}: expected a number of values, got {parts[2]}")
-    return name, _number(what, parts[0]), _number(what, parts[1]), int(n)
+    low, high = _number(what, parts[0]), _number(what, parts[1])
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ValueError(f"{what} {text}: expected finite ends")
+    return name, low, high, int(n)
 
 
 def _draw(result: Any, path: Path | None) -> None:  # noqa: ANN401 - whatever has a plot

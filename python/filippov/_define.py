@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._check import LAWS, label_of, mapping, names_of, refuse
+from ._check import LAWS, label_of, mapping, names_of, number, refuse, two
 from ._period import Repeats, check_period
 from ._plain import check_plain
 from ._sound import require
@@ -217,7 +217,10 @@ class Recorder:
             value = call(formula, what, self.t, self.s, self.p)
         else:
             value = formula
-        e = self.t._lift(value)
+        try:
+            e = self.t._lift(value)
+        except DefinitionError as error:
+            raise DefinitionError(f"{what}: {error}") from None
         if e is None:
             refuse(what, formula, "expected a formula in text, or a function f(t, s, p)", TypeError)
         return e
@@ -270,8 +273,7 @@ def defaults_of(params: object) -> dict[str, float]:
         refuse("params", params, "expected a mapping of names to default values", TypeError)
     names_of("params", tuple(params))
     for name, value in params.items():
-        if not isinstance(value, numbers.Real) or not math.isfinite(value):
-            refuse(f"params[{name!r}]", value, "expected a finite number")
+        number(f"params[{name!r}]", value)
     if len(params) > _core.most_tape_params:
         refuse("params", params, f"expected {_core.most_tape_params} at most")
     return {name: float(value) for name, value in params.items()}
@@ -317,20 +319,17 @@ def define(
         if not recorder.graph.varies(h):
             raise DefinitionError(f"surface {key}: its function does not depend on state or time")
     after = {}
-    for key, pair in mapping("jumps", jumps, "expected a mapping of names").items():
-        if not isinstance(pair, Sequence) or len(pair) != 2:
-            refuse(f"jumps[{key!r}]", pair, "expected (h, the function of the state after)")
-        h, jump = pair
+    for key, (h, jump) in jumps_of(jumps).items():
         if not callable(jump):
-            refuse(f"jumps[{key!r}]", pair, "expected a function f(t, s, p) behind h", TypeError)
+            refuse(f"jumps[{key!r}][1]", jump, "expected a function f(t, s, p) behind h", TypeError)
         after[key] = (
             recorder.formula(h, f"jumps[{key!r}]"),
             recorder.record(jump, f"jumps[{key!r}]", components, "the state after the jump:"),
         )
     repeats = None
     if period is not None:
-        if isinstance(period, (int, float)) and not 0 < period < math.inf:
-            refuse("period", period, "expected > 0")
+        if isinstance(period, (numbers.Real, np.bool_)):
+            period = number("period", period, "expected a finite number > 0", above=0.0)
         of_p = _of_params(period) if callable(period) else period
         repeats = recorder.formula(of_p, "period")
         if recorder.graph.varies(repeats):
@@ -339,6 +338,13 @@ def define(
         name, components, defaults, recorder.graph, nodes, named, after, repeats
     )
     return definition.made()
+
+
+def jumps_of(jumps: object) -> dict[str, tuple[Any, Any]]:
+    """Switching function and what is behind it, of each jump by its name."""
+    expected = "expected (h, the function of the state after)"
+    each = mapping("jumps", jumps, "expected a mapping of names").items()
+    return {key: two(f"jumps[{key!r}]", pair, expected) for key, pair in each}
 
 
 def _of_params(period: Callable[[Any], Any]) -> Function:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import choice, flag, integer, number, one_of, refuse, span, vector, words
+from ._check import MOST, choice, flag, integer, number, one_of, refuse, span, vector, words
 from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import Progress, ended, shown
@@ -303,8 +303,8 @@ def bifurcation_diagram(
         atol=tuple(absolute_tolerance(atol, sys.dim).tolist()),
         max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
         first_step=None,
-        max_steps=integer("max_steps", max_steps),
-        max_events=integer("max_events", max_events),
+        max_steps=integer("max_steps", max_steps, most=MOST),
+        max_events=integer("max_events", max_events, most=MOST),
         on_nonunique=on_nonunique,
     )
     policy = choice("on_nonunique", on_nonunique, POLICIES)

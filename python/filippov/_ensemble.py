@@ -14,7 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import choice, floats, integer, mapping, number, refuse
+from ._check import (
+    MOST,
+    choice,
+    floats,
+    integer,
+    mapping,
+    number,
+    refuse,
+    start_first,
+    transposed,
+    two,
+)
 from ._dataset import dataset
 from ._event import modes_of
 from ._lanes import lanes_in_a_register, lanes_of, level_of, require_level
@@ -203,8 +214,8 @@ def run_settings(
         atol=tuple(tolerance.tolist()),
         max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
         first_step=first_step,
-        max_steps=integer("max_steps", max_steps),
-        max_events=integer("max_events", max_events),
+        max_steps=integer("max_steps", max_steps, most=MOST),
+        max_events=integer("max_events", max_events, most=MOST),
         on_nonunique=on_nonunique,
     )
     policy = choice("on_nonunique", on_nonunique, POLICIES)
@@ -433,14 +444,13 @@ class _Members:
         t_span: tuple[ArrayLike, ArrayLike],
         params: Mapping[str, ArrayLike] | None,
     ) -> None:
+        start_first("ensemble", x0, t_span, sys.dim)
         expected = f"expected an array of shape ({sys.dim}, ...): {', '.join(sys.state)}"
         self.x0 = floats("x0", x0, expected)
         if self.x0.ndim < 1 or self.x0.shape[0] != sys.dim:
-            refuse("x0", x0, f"{expected}, got shape {self.x0.shape}")
-        try:
-            t0, t_end = t_span
-        except (TypeError, ValueError):
-            refuse("t_span", t_span, "expected (t0, t_end)")
+            turned = transposed(self.x0.shape, sys.dim)
+            refuse("x0", x0, f"{expected}, got shape {self.x0.shape}{turned}")
+        t0, t_end = two("t_span", t_span, "expected (t0, t_end)")
         finite = "expected finite numbers"
         self.t0 = floats("t_span[0]", t0, finite)
         self.t_end = floats("t_span[1]", t_end, finite)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._check import refuse
+from ._check import MOST, refuse
 from ._types import Record
 
 __all__ = [
@@ -161,12 +161,16 @@ def _watch(name: str, function: EventFunction) -> Watched:
             with_params = True
     direction = getattr(function, "direction", 0)
     try:
+        if isinstance(direction, (bool, np.bool_)):
+            raise TypeError
         sign = int(np.sign(float(direction)))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         refuse(f"{name}.direction", direction, "expected a number: -1, 0 or +1")
     terminal = getattr(function, "terminal", False)
-    if not isinstance(terminal, (bool, int, np.bool_, np.integer)) or int(terminal) < 0:
-        refuse(f"{name}.terminal", terminal, "expected a bool, or after how many events to stop")
+    whole = isinstance(terminal, (bool, int, np.bool_, np.integer))
+    if not whole or not 0 <= int(terminal) <= MOST:
+        expected = "expected a bool, or after how many events to stop (below 2**63)"
+        refuse(f"{name}.terminal", terminal, expected)
     return Watched(function, sign, int(terminal), with_params)
 
 

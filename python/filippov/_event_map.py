@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import floats, integer, number, refuse, vector
+from ._check import MOST, floats, integer, number, refuse, vector
 from ._dataset import dataset
 from ._geometry import ONE_SWITCHING, one_switching
 from ._progress import Progress, ended, shown
@@ -302,7 +302,7 @@ def event_map(
         ),
         guess=None if start is None else tuple(start.tolist()),
     )
-    most = integer("max_evaluations", max_evaluations)
+    most = integer("max_evaluations", max_evaluations, most=MOST)
     with shown(progress, "interval") as show:
         run = _core.map_graph(
             sys._model,

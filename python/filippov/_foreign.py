@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import numbers
 import sys
 import warnings
 from _ctypes import CFuncPtr  # what every function of ctypes is
@@ -56,8 +57,9 @@ class Surroundings:
         sizes = {"t": 1.0} | dict.fromkeys(self.state, 1.0)
         for name, value in values.items():
             sizes[name] = abs(value) or 1.0
-        if isinstance(period, (int, float)) and 0 < period < math.inf:
-            sizes["t"] = period / math.tau
+        if isinstance(period, numbers.Real) and not isinstance(period, bool):
+            length = number("period", period, "expected a finite number > 0", above=0.0)
+            sizes["t"] = length / math.tau
         if scale is not None and not isinstance(scale, Mapping):
             refuse("scale", scale, "expected a mapping of names to sizes", TypeError)
         for name, size in (scale or {}).items():

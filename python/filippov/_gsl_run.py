@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import integer, number, refuse, time_span, vector, word
+from ._check import MOST, integer, number, refuse, start_first, time_span, vector, word
 from ._seam import load
 from ._status import Status
 from ._system import System
@@ -119,6 +119,7 @@ def gsl_run(
     if definition.jumps or definition.smoothing is None or tapes is None or sys.dim > 8:
         refuse("sys", sys.name, "expected what filippov.smoothed gives, of at most 8 components")
     values = sys._merged(params)
+    start_first("gsl_run", x0, t_span, sys.dim)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
     run = module.run(
@@ -131,7 +132,7 @@ def gsl_run(
         number("rtol", rtol, "expected a number > 0", above=0.0),
         number("atol", atol, "expected a number >= 0", least=0.0),
         number("first_step", first_step, "expected a number > 0", above=0.0),
-        integer("max_steps", max_steps),
+        integer("max_steps", max_steps, most=MOST),
     )
     return GslRun(
         t=run["t"],

@@ -12,7 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import LONGEST, integer, number, one_of, refuse, word, words
+from ._check import (
+    LONGEST,
+    floats,
+    integer,
+    number,
+    one_of,
+    refuse,
+    start_within,
+    transposed,
+    word,
+    words,
+)
 from ._dataset import dataset
 from ._event import KIND_NAMES
 from ._progress import ended
@@ -268,6 +279,8 @@ class _Task:
         sys._forced(self.params)
         self.wrt = _names(sys, wrt)
         self.t0, self.x0, self.single = _starts(sys, t0, x0)
+        for time in (self.t0.min(), self.t0.max()) if self.t0.size else ():
+            start_within("t0", float(time), sys.period(self.params))
         self.rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
         self.atol = number("atol", atol, "expected a finite number > 0", above=0.0)
         self.iterate = integer("iterate", iterate)
@@ -329,7 +342,9 @@ def _starts(sys: System, t0: ArrayLike, x0: ArrayLike) -> tuple[Floats, Floats, 
     if points.ndim == 0 and sys.dim == 1:
         points = points.reshape(1)
     if points.ndim not in (1, 2) or points.shape[0] != sys.dim:
-        refuse("x0", points, f"{shape} for ({', '.join(sys.state)}), got shape {points.shape}")
+        turned = transposed(points.shape, sys.dim)
+        got = f"got shape {points.shape}{turned}"
+        refuse("x0", points, f"{shape} for ({', '.join(sys.state)}), {got}")
     if times.ndim > 1:
         refuse("t0", times, f"expected a number or shape (k,), got shape {times.shape}")
     single = points.ndim == 1 and times.ndim == 0
@@ -343,13 +358,7 @@ def _starts(sys: System, t0: ArrayLike, x0: ArrayLike) -> tuple[Floats, Floats, 
 
 
 def _finite(name: str, value: ArrayLike, expected: str) -> Floats:
-    try:
-        raw = np.asarray(value)
-        if raw.dtype.kind not in "fiu":
-            raise TypeError
-    except (TypeError, ValueError):
-        refuse(name, value, expected, TypeError)
-    array = raw.astype(np.float64)
+    array = floats(name, value, expected)
     if not np.isfinite(array).all():
         refuse(name, value, expected)
     return array

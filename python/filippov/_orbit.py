@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._check import LONGEST, flag, integer, number, one_of, refuse, span, vector
+from ._check import LONGEST, MOST, flag, integer, number, one_of, refuse, span, vector
 from ._cycle import Cycle, node_events, verify_columns, verify_nodes, without_point
 from ._dataset import dataset, event_variables
 from ._event import EventKind
@@ -331,7 +331,7 @@ def precision(rtol: float, atol: float, max_steps: int) -> tuple[float, float, i
     return (
         number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
         number("atol", atol, "expected a finite number > 0", above=0.0),
-        integer("max_steps", max_steps),
+        integer("max_steps", max_steps, most=MOST),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._cells import Grid, Integers
-from ._check import integer, number, word
+from ._check import MOST, integer, number, word
 from ._dataset import dataset
 from ._progress import ended
 from ._sound import codes, complete, require, shaped
@@ -176,7 +176,7 @@ def refine(
     max_points: int,
 ) -> RefinedBasins:
     """Label squares, see `Basins.refine`."""
-    coarse, levels = integer("coarse", coarse), integer("levels", levels, 0)
+    coarse, levels = integer("coarse", coarse, most=2**20), integer("levels", levels, 0)
     work, known = basins._labelling()
     found = work.finder.refine(
         known,
@@ -184,9 +184,9 @@ def refine(
         levels,
         integer("time_jump", time_jump, 0),
         number("full_dimension", full_dimension, "expected a number > 0", above=0.0),
-        integer("max_points", max_points),
+        integer("max_points", max_points, most=MOST),
         integer("audit", audit, 0),
-        integer("seed", seed, 0),
+        integer("seed", seed, 0, MOST),
     )
     dimension, error, _ = found["dimension"]
     result = RefinedBasins(

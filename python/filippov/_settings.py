@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass
 
-from ._check import integer, number, word
+from ._check import MOST, integer, number, word
 from ._sound import require
 
 __all__ = ["Settings", "Stats"]
@@ -35,8 +35,8 @@ class Settings:
         number("max_step", self.max_step, "expected a number > 0", above=0.0, infinite=True)
         if self.first_step is not None:
             number("first_step", self.first_step, "expected a number > 0", above=0.0)
-        integer("max_steps", self.max_steps)
-        integer("max_events", self.max_events)
+        integer("max_steps", self.max_steps, most=MOST)
+        integer("max_events", self.max_events, most=MOST)
 
 
 @dataclass(frozen=True)

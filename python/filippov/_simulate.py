@@ -11,7 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import LONGEST, choice, flag, floats, integer, number, refuse, time_span, vector
+from ._check import (
+    LONGEST,
+    MOST,
+    choice,
+    flag,
+    floats,
+    integer,
+    number,
+    refuse,
+    start_first,
+    time_span,
+    vector,
+)
 from ._event import EventFunction, EventKind, event_log, watch_all
 from ._progress import ended
 from ._settings import Settings, Stats
@@ -178,6 +190,7 @@ def simulate(
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     run_params = sys._merged(params)
     p = np.array(list(run_params.values()), dtype=np.float64)
+    start_first("simulate", x0, t_span, sys.dim)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
     period = sys._model.period(p)
@@ -189,8 +202,8 @@ def simulate(
     max_step = number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True)
     if first_step is not None:
         first_step = number("first_step", first_step, "expected a number > 0, or None", above=0.0)
-    max_steps = integer("max_steps", max_steps)
-    max_events = integer("max_events", max_events)
+    max_steps = integer("max_steps", max_steps, most=MOST)
+    max_events = integer("max_events", max_events, most=MOST)
     policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
     branches = on_nonunique == ALL
     most = integer("max_branches", max_branches)

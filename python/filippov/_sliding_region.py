@@ -147,7 +147,7 @@ def sliding_region(
 def _axes(sys: System, bounds: Bounds) -> tuple[Floats, Floats]:
     axes = []
     for name, (low, high, *rest) in zip(sys.state, ranges(sys, bounds, most=3), strict=True):
-        cells = integer(f"bounds[{name!r}][2]", rest[0]) if rest else 100
+        cells = integer(f"bounds[{name!r}][2]", rest[0], most=100_000) if rest else 100
         axes.append(np.linspace(low, high, cells + 1))
     return axes[0], axes[1]
 

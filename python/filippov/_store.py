@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 import shutil
 import zlib
 from collections.abc import Mapping
@@ -418,6 +419,10 @@ def _read_zarr(path: Path) -> tuple[Any, Arrays]:
 
     group = zarr.open_group(path, mode="r", zarr_format=3)
     folder = group.attrs.get("arrays")
+    require(
+        folder is None or re.fullmatch(r"[A-Za-z0-9_-]{1,80}", folder) is not None,
+        "the folder of its arrays has no name",
+    )
     inside = "" if folder is None else f"{folder}/"
     columns: Arrays = {}
     for name, checksum in group.attrs["checksums"].items():

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ._check import refuse
+from ._check import mapping, refuse
 from ._trace import DefinitionError
 
 __all__ = ["Formulas"]
@@ -43,7 +43,7 @@ class Formulas:
         import sympy
 
         self._sympy = sympy
-        self.params = {} if params is None else dict(params)
+        self.params = dict(mapping("params", params, "expected a mapping of symbols to values"))
         self.time = sympy.Symbol("t") if time is None else time
         if isinstance(state, str) or not isinstance(state, Sequence):
             refuse("state", state, "expected a list of sympy symbols", TypeError)

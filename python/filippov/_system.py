@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import among, floats, mapping, name_of, number, one_of, refuse
-from ._define import Definition, Formula, Function, check, define
+from ._check import among, floats, mapping, name_of, number, one_of, refuse, transposed
+from ._define import Definition, Formula, Function, check, define, jumps_of
 from ._foreign import Surroundings, warn_slow
 from ._formula import clipped, cpp_struct, latex, latex_name, write, write_all
 from ._period import check_period, period_of, require_period
@@ -194,10 +194,13 @@ class System:
             dict(zip(formulas.names(list(formulas.params)), formulas.params.values(), strict=True)),
             f,
             period=None if period is None else _of_params(function("period", period), state),
-            surfaces={key: function(key, h) for key, h in (surfaces or {}).items()},
+            surfaces={
+                key: function(key, h)
+                for key, h in mapping("surfaces", surfaces, "expected a mapping of names").items()
+            },
             jumps={
                 key: (function(key, h), function(key, list(after)))
-                for key, (h, after) in (jumps or {}).items()
+                for key, (h, after) in jumps_of(jumps).items()
             },
         )
         check(model, definition, {"": f})
@@ -255,7 +258,7 @@ class System:
             cannot be checked.
         """
         around = Surroundings(state, params, period, scale)
-        slopes = dict(jacobians or {})
+        slopes = mapping("jacobians", jacobians, "expected a mapping of sides to functions")
         if not isinstance(fields, Mapping):
             refuse("fields", fields, "expected a mapping of sides to functions", TypeError)
         if not set(slopes) <= set(fields):
@@ -333,7 +336,7 @@ class System:
             switch = number("h", switch)
         after = {
             key: (number(f"h of {key}", h), foreign(f"the state after {key}", jump))
-            for key, (h, jump) in (jumps or {}).items()
+            for key, (h, jump) in jumps_of(jumps).items()
         }
         model, definition = define(
             name, state, params, None, fields=fields, switch=switch, period=period, jumps=after
@@ -561,10 +564,14 @@ class System:
         ------
         TypeError
             For a compiled system, which is C++ already.
+        ValueError
+            For a system without surfaces, of which the headers know none.
         """
         definition = self._formulas()
         definition.require_formulas("be written in C++")
         called = self.name if name is None else name_of("name", name)
+        if self.surfaces == 0:
+            refuse("sys", self.name, "expected a system with a surface, as all in the headers have")
         return cpp_struct(definition, called, dict(self._params), self.kinds)
 
     def _identity(self) -> dict[str, Any]:
@@ -711,7 +718,9 @@ class System:
         times = floats("t", t, "expected numbers, one or shape (k,)")
         points = floats("x", x, "expected numbers")
         if points.ndim not in (1, 2) or points.shape[0] != self.dim:
-            refuse("x", points, f"{shape} for ({', '.join(self.state)}), got {points.shape}")
+            turned = transposed(points.shape, self.dim)
+            got = f"got {points.shape}{turned}"
+            refuse("x", points, f"{shape} for ({', '.join(self.state)}), {got}")
         if times.ndim > 1:
             refuse("t", times, f"expected a number or shape (k,), got shape {times.shape}")
         single = points.ndim == 1 and times.ndim == 0

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._check import integer, number, refuse, time_span, vector
+from ._check import MOST, integer, number, refuse, start_first, time_span, vector
 from ._dataset import dataset
 from ._progress import ended
 from ._sound import complete, finite, ordered, require, shaped
@@ -158,10 +158,11 @@ def time_stepping(
     if definition.jumps or definition.smoothing is not None:
         refuse("sys", sys.name, "expected a system that switches, and whose state does not jump")
     values = sys._merged(params)
+    start_first("time_stepping", x0, t_span, sys.dim)
     start = vector("x0", x0, sys.dim, sys.state)
     t0, t_end = time_span(t_span)
-    n_steps = integer("n_steps", n_steps)
-    keep = integer("keep", keep)
+    n_steps = integer("n_steps", n_steps, most=MOST)
+    keep = integer("keep", keep, most=MOST)
     expected = "expected a number from 1/2 to 1"
     theta = number("theta", theta, expected, least=0.5)
     if theta > 1:

@@ -179,7 +179,10 @@ class Expression:
                 " components of their own"
             )
         if isinstance(other, (numbers.Real, np.bool_)):
-            value = float(other)
+            try:
+                value = float(other)
+            except OverflowError:
+                value = math.inf
             if not math.isfinite(value):
                 raise DefinitionError(f"the constant {value} is not finite")
             return self._graph.constant(value)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import integer, refuse
+from ._check import MOST, integer, refuse
 from ._dataset import dataset, event_variables
 from ._event import KIND_NAMES, EventKind, log_dtype, mode_changes
 from ._settings import Settings, Stats
@@ -187,8 +187,8 @@ class Trajectory(Stored):
         """
         log = self.events
         if last is not None:
-            log = log[max(len(log) - integer("last", last, least=0), 0) :]
-        digits = integer("digits", digits, least=0)
+            log = log[max(len(log) - integer("last", last, least=0, most=MOST), 0) :]
+        digits = integer("digits", digits, least=0, most=1074)
         several = self.system.surfaces > 1
         header = ["t", "event", "surface", "mode", *self.system.state, "s"]
         rows = [header]

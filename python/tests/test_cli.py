@@ -110,6 +110,10 @@ RUN = ["run", "oscillator", "--start", "0,0", "--time", "0:1"]
         (["diagram", "oscillator", "--over", "omega=1:2:1.5"], "number of values"),
         (["diagram", "oscillator", "--over", "omega=1:2:3", "--section", "x"], "section"),
         (["basins", "oscillator", "--grid", "y=-1:1:0"], "number of values"),
+        (["diagram", "oscillator", "--over", "omega=1:2:inf"], "number of values"),
+        (["diagram", "oscillator", "--over", "omega=1:2:nan"], "number of values"),
+        (["diagram", "oscillator", "--over", "omega=1:2:1e30"], "number of values"),
+        (["diagram", "oscillator", "--over", "omega=1:inf:3"], "finite ends"),
     ],
 )
 def test_wrong_arguments_are_named(capsys, arguments, words):

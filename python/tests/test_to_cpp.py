@@ -78,6 +78,12 @@ def test_the_struct_runs_as_the_system_does(tmp_path):
         assert np.array([float(v) for v in x]) == pytest.approx(mine.y[:, -1], abs=1e-8)
 
 
+def test_a_system_without_a_surface_has_no_struct():
+    smooth = fp.system("x v", name="smooth")(lambda t, s, p: (s.v, -s.x))
+    with pytest.raises(ValueError, match="sys = 'smooth': expected a system with a surface"):
+        smooth.to_cpp()
+
+
 def test_a_name_of_the_struct():
     assert "struct Mine {" in block.to_cpp("Mine")
     with pytest.raises(ValueError, match="a name"):
