@@ -133,21 +133,19 @@ def plot_trajectory(
         refuse("y", y, "expected a name or several")
 
     steps = max(trajectory.stats.steps, 1)
-    pieces = list(trajectory.segments(int(np.clip(MOST_POINTS // steps, 1, POINTS_PER_STEP))))
-    lines: dict[tuple[str, bool], list[Floats]] = {}
-    for piece in pieces:
-        slides = 0 in np.atleast_1d(piece.mode)
-        for name in names:
-            xy = np.array([trajectory._quantity(x, piece), trajectory._quantity(name, piece)])
-            # NaN lifts the pen between pieces
-            lines.setdefault((name, slides), []).extend([xy, np.full((2, 1), np.nan)])
+    each = trajectory._stretches(int(np.clip(MOST_POINTS // steps, 1, POINTS_PER_STEP)))
+    size = np.diff(each.ends)
+    slides_in = (each.mode == 0).reshape(size.size, -1).any(axis=1)
+    over = trajectory._quantity(x, each)
+    values = {name: trajectory._quantity(name, each) for name in names}
 
     ax = _axes(ax)
     own_colour = "color" in artist_kw
     artists: list[Artist] = []
     for k, name in enumerate(names):
         for slides in (False, True):
-            if (name, slides) not in lines:
+            mine = slides_in == slides
+            if not mine.any():
                 continue
             style: dict[str, Any] = dict(STICK if slides else SLIP)
             if own_colour:
@@ -159,8 +157,10 @@ def plot_trajectory(
             style |= artist_kw
             if slides and "linewidth" in artist_kw:
                 style["linewidth"] = 2.5 * artist_kw["linewidth"]
-            data = np.concatenate(lines[name, slides][:-1], axis=1)
-            artists += ax.plot(data[0], data[1], **style)
+            drawn = np.repeat(mine, size)
+            between = np.cumsum(size[mine])[:-1]  # where NaN lifts the pen
+            line = (np.insert(v[drawn], between, np.nan) for v in (over, values[name]))
+            artists += ax.plot(*line, **style)
     if not ax.get_xlabel():
         ax.set_xlabel(x)
     if not ax.get_ylabel() and len(names) == 1:
@@ -181,8 +181,8 @@ def plot_phase(
         refuse(
             "system", system.name, "expected a planar system with one surface (a kink is one, too)"
         )
-    drawn = list(trajectory.segments(4))
-    cloud = np.concatenate([piece.y for piece in drawn] or [trajectory.y], axis=1)
+    drawn = trajectory._stretches(4).y
+    cloud = drawn if drawn.size else trajectory.y
     if bounds is None:
         low, high = cloud.min(axis=1), cloud.max(axis=1)
         margin = 0.25 * np.maximum(high - low, 1e-3)

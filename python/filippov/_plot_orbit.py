@@ -144,7 +144,8 @@ def _curves(branch: Branch, y: str, a: int, b: int) -> list[Floats]:
     if y != "phase":
         return [branch.x0[branch.system.state.index(y), a:b]]
     events = branch.events[branch.events["kind"] == "exit_sliding"]
-    rows = [events["phase"][events["point"] == i] for i in range(a, b)]
+    cuts = np.searchsorted(events["point"], np.arange(a, b + 1))  # a branch lists them in order
+    rows = [events["phase"][i:j] for i, j in itertools.pairwise(cuts)]
     if not rows or rows[0].size == 0 or any(row.size != rows[0].size for row in rows):
         return []
     followed = [rows[0]]

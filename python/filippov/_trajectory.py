@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._check import MOST, integer, refuse
 from ._dataset import dataset, event_variables
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-__all__ = ["Branches", "Piece", "Trajectory"]
+__all__ = ["Branches", "Piece", "Stretches", "Trajectory"]
 
 
 class Piece(NamedTuple):
@@ -37,6 +36,15 @@ class Piece(NamedTuple):
     mode: Any  #: -1, +1 or 0 (sliding); for several surfaces a tuple
     t: Floats  #: times, shape (k,), both ends included
     y: Floats  #: states, shape (dim, k)
+
+
+class Stretches(NamedTuple):
+    """All stretches of a trajectory, one after the other."""
+
+    mode: Modes  #: of each, shape (n,) or (n, surfaces)
+    ends: NDArray[np.intp]  #: stretch k has the points from ends[k] to before ends[k + 1]
+    t: Floats  #: times of all points
+    y: Floats  #: states there, shape (dim, n_points)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,32 +156,45 @@ class Trajectory(Stored):
             it, the stretches have the trajectory's own points and their two ends.
         """
         points_per_step = integer("points_per_step", points_per_step)
+        each = self._stretches(points_per_step)
+        one = self.system.surfaces == 1
+        for mode, a, b in zip(each.mode, each.ends[:-1], each.ends[1:], strict=True):
+            piece = int(mode) if one else tuple(int(v) for v in mode)
+            yield Piece(piece, each.t[a:b], each.y[:, a:b])
+
+    def _stretches(self, per_step: int) -> Stretches:
+        """Points of all stretches between changes of mode, in arrays: there may be many."""
         log = self.events
         at = mode_changes(log)
-        forward = log["t"][-1] >= log["t"][0]
-        for a, b in itertools.pairwise(at):
-            first, last = log[a], log[b]
-            if first["t"] == last["t"]:
-                continue
-            times, states = self._points(first["t"], last["t"], forward, points_per_step)
-            mode = first["mode_after"]
-            yield Piece(
-                int(mode) if self.system.surfaces == 1 else tuple(int(v) for v in mode),
-                np.concatenate([[first["t"]], times, [last["t"]]]),
-                np.column_stack([first["x_right"], states, last["x_left"]]),
-            )
+        first, last = log[at[:-1]], log[at[1:]]
+        lasting = first["t"] != last["t"]
+        first, last = first[lasting], last[lasting]
+        t = self._times(per_step)
+        along = 1.0 if log["t"][-1] >= log["t"][0] else -1.0
+        # points strictly between the two events
+        begin = np.searchsorted(along * t, along * first["t"], side="right")
+        count = np.maximum(np.searchsorted(along * t, along * last["t"]) - begin, 0)
+        ends = np.concatenate([[0], np.cumsum(count + 2)])
+        inside = np.ones(ends[-1], dtype=np.bool_)
+        inside[ends[:-1]] = inside[ends[1:] - 1] = False
+        before = np.cumsum(count) - count
+        taken = np.arange(count.sum()) + np.repeat(begin - before, count)
+        times, states = np.empty(ends[-1]), np.empty((self.system.dim, ends[-1]))
+        times[inside] = t[taken]
+        states[:, inside] = self.y[:, taken] if self.sol is None else self.sol(t[taken])
+        for where, event, side in ((ends[:-1], first, "x_right"), (ends[1:] - 1, last, "x_left")):
+            times[where], states[:, where] = event["t"], event[side].T
+        return Stretches(first["mode_after"], ends, times, states)
 
-    def _points(self, t0: float, t1: float, forward: bool, per_step: int) -> tuple[Floats, Floats]:
-        """Points strictly between two times."""
+    def _times(self, per_step: int) -> Floats:
+        """Give times of points, so many for each step if there is dense output."""
         if self.sol is None:
-            t = self.t
-        else:
-            t = self.sol.ts
-            if per_step > 1 and t.size > 1:
-                parts = np.arange(per_step) / per_step
-                t = np.append((t[:-1, None] + np.diff(t)[:, None] * parts).ravel(), t[-1])
-        inside = (t > t0) & (t < t1) if forward else (t < t0) & (t > t1)
-        return t[inside], self.y[:, inside] if self.sol is None else self.sol(t[inside])
+            return self.t
+        t = self.sol.ts
+        if per_step == 1 or t.size < 2:
+            return t
+        parts = np.arange(per_step) / per_step
+        return np.append((t[:-1, None] + np.diff(t)[:, None] * parts).ravel(), t[-1])
 
     def event_table(self, last: int | None = None, *, digits: int = 9) -> str:
         """Readable table of the events, of all or of the last few.
@@ -310,19 +331,20 @@ class Trajectory(Stored):
             raise ValueError("dense_output = False: expected a trajectory with dense output")
         return self.sol
 
-    def _quantity(self, name: str, piece: Piece) -> FloatOrArray:
-        """Values of a state component, of "t" or of "s" along a piece."""
+    def _quantity(self, name: str, each: Stretches) -> Floats:
+        """Values of a state component, of "t" or of "s" along all stretches."""
         if name in self.system.state:
-            values: Floats = piece.y[self.system.state.index(name)]
+            values: Floats = each.y[self.system.state.index(name)]
             return values
         if name == "t":
-            return piece.t
+            return each.t
         if name == "s" and self.system.surfaces == 1:
-            if piece.mode != 0:
-                return np.full(piece.t.shape, float(piece.mode))
-            return np.asarray(
-                self.system.equivalent_control(piece.t, piece.y, self.params), dtype=np.float64
-            )
+            mode = np.repeat(each.mode, np.diff(each.ends))
+            s = mode.astype(np.float64)
+            at = mode == 0
+            if at.any():
+                s[at] = self.system.equivalent_control(each.t[at], each.y[:, at], self.params)
+            return s
         names = ", ".join(map(repr, (*self.system.state, "t", "s")))
         return refuse("x or y", name, f"expected one of {names}")
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -120,3 +121,30 @@ run.event_table()
 assert not [name for name in sys.modules if name.split('.')[0] in ('matplotlib', 'scipy')]
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@fp.system("c x", jumps={"tick": ("1 - c", lambda t, s, p: (s.c - 1, s.x))})
+def clock(t, s, p):
+    return 1, np.cos(t)
+
+
+def test_a_picture_of_many_events_is_drawn_at_once(ax):
+    """The time for 40,000 jumps was a minute: every stretch looked at all times."""
+    run = fp.simulate(clock, [0, 0], (0, 100_000.5))
+    assert (run.events["kind"] == "jump").sum() == 100_000
+    for drawn in ({}, {"x": "t"}, {"x": "t", "y": ["c", "s"]}):
+        began = time.perf_counter()
+        line = run.plot(ax, **drawn)[0]
+        assert time.perf_counter() - began < 5.0  # 0.5 s where nothing else runs
+        assert np.isnan(line.get_xdata()).sum() == 100_000  # the pen is lifted at every jump
+
+
+def test_the_pen_is_lifted_where_pieces_end(run, ax):
+    slip, stick = run.plot(ax, x="t", y="v")
+    pieces = list(run.segments(12))
+    for line, slides in ((slip, False), (stick, True)):
+        mine = [piece for piece in pieces if (piece.mode == 0) == slides]
+        gap = np.full((2, 1), np.nan)
+        data = [part for piece in mine for part in (np.array([piece.t, piece.y[1]]), gap)]
+        wanted = np.concatenate(data[:-1], axis=1)
+        np.testing.assert_array_equal(np.array(line.get_data()), wanted)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import dataclasses
 import itertools
+import time
 
 import numpy as np
 import pytest
@@ -235,6 +236,72 @@ class TestSegments:
         assert 4 * coarse < fine < 5.5 * coarse
         with pytest.raises(ValueError, match="points_per_step = 0"):
             list(run.segments(0))
+
+
+def pieces_one_by_one(run, per_step):
+    """What `segments` gives, as it is defined: for each stretch all times are looked at."""
+    log = run.events
+    changed = (log["mode_before"] != log["mode_after"]).reshape(len(log), -1).any(axis=1)
+    changed |= log["kind"] == "jump"
+    changed[[0, -1]] = True
+    t = run.t
+    if run.sol is not None:
+        parts = np.arange(per_step) / per_step
+        t = run.sol.ts
+        t = np.append((t[:-1, None] + np.diff(t)[:, None] * parts).ravel(), t[-1])
+    for first, last in itertools.pairwise(log[changed]):
+        if first["t"] == last["t"]:
+            continue
+        low, high = sorted([first["t"], last["t"]])
+        inside = (t > low) & (t < high)
+        y = run.y[:, inside] if run.sol is None else run.sol(t[inside])
+        yield (
+            np.concatenate([[first["t"]], t[inside], [last["t"]]]),
+            np.column_stack([first["x_right"], y, last["x_left"]]),
+            first["mode_after"].tolist(),
+        )
+
+
+@fp.system("c x", jumps={"tick": ("1 - c", lambda t, s, p: (s.c - 1, s.x))})
+def clock(t, s, p):
+    return 1, np.cos(t)
+
+
+@pytest.mark.parametrize("per_step", [1, 3])
+@pytest.mark.parametrize(
+    ("system", "x0", "t_span", "settings"),
+    [
+        (OSCILLATOR, [0, 0], (0, 50), {}),
+        (OSCILLATOR, [0, 0], (0, 50), {"dense_output": False}),
+        (OSCILLATOR, [0, 0], (0, 50), {"dense_output": False, "t_eval": [0.0, 7.0, 7.5, 50.0]}),
+        (fp.models.coulomb, [-2.0, 0.3], (3, 0), {}),
+        (fp.models.coulomb, [-2.0, 0.3], (3, 0), {"dense_output": False}),
+        (fp.models.bouncing_ball, [1, 0], (0, 10), {}),
+        (fp.models.dieci_lopez_2, [0.04, -0.01, -0.02], (0, 0.4), {}),
+        (clock, [0, 0], (0, 20.5), {}),
+        (clock, [0, 0], (0, 20.5), {"dense_output": False, "t_eval": np.arange(21.0)}),
+        (OSCILLATOR, [0, 0], (0, 1000), {"max_steps": 400}),
+    ],
+)
+def test_segments_are_those_that_one_finds_one_by_one(system, x0, t_span, settings, per_step):
+    run = fp.simulate(system, x0, t_span, **settings)
+    found = list(run.segments(per_step))
+    wanted = list(pieces_one_by_one(run, per_step))
+    assert len(found) == len(wanted) > 0
+    for piece, (t, y, mode) in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal(piece.t, t)
+        np.testing.assert_array_equal(piece.y, y)
+        assert np.array_equal(piece.mode, mode)
+
+
+def test_segments_of_many_events_take_time_in_proportion():
+    """A hundred thousand jumps took minutes when every stretch looked at all times."""
+    run = fp.simulate(clock, [0, 0], (0, 100_000.5), max_step=1.0)
+    assert (run.events["kind"] == "jump").sum() == 100_000
+    began = time.perf_counter()
+    each = sum(1 for _ in run.segments())
+    assert each == 100_001
+    assert time.perf_counter() - began < 5.0  # 0.2 s where nothing else runs
 
 
 def test_event_table_is_readable(run):
