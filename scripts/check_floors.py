@@ -72,6 +72,7 @@ FLOORS: list[list[str]] = [
         "guards",
         "landing",
         "lost_surface",
+        "two_fold",
         "accumulation",
         "counters",
         "settings",

@@ -193,7 +193,7 @@ private:
             if (chosen >= 0)
                 v.take(chosen);
         }
-        if (v.mode.sliding() > 0 && !slides(v.mode))
+        if (v.mode.sliding() > 0 && (segment_.field_is_lost() || !slides(v.mode)))
             return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
         if constexpr (has_jumps_v<Sys>) // in contact the normal speed is zero, too
             if (v.mode.sliding() > 0)
@@ -310,7 +310,7 @@ private:
         const S t = segment_.clock().local;
         const X& x = segment_.x();
         const X f = mode_field(sys_, segment_.mode(), t, x, p_);
-        const S rate = abs(normal_component(sys_, j, t, x, p_, f));
+        const S rate = segment_.in_two_fold() ? S(0) : abs(normal_component(sys_, j, t, x, p_, f));
         const S band = rounding_band(sys_, j, t, x, p_) + S(8) * ulp(t) * rate +
                        S(1e-3) * change_over(sys_, j, t, x, p_, segment_.scale());
         return abs(switching(sys_, t, x, p_)[j]) <= band;

@@ -12,6 +12,7 @@
 #include <filippov/probed_field.hpp>
 #include <filippov/report.hpp>
 #include <filippov/target.hpp>
+#include <filippov/two_fold.hpp>
 #include <filippov/watch.hpp>
 
 #include <algorithm>
@@ -80,6 +81,7 @@ public:
         }
         place_.enter(mode);
         watch_.enter();
+        transversality_ = widest_ = S(0);
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * place_.resolution())
             choose_first_step();
         // A slide may take far longer steps than the slip after it: that one goes on as before it.
@@ -117,6 +119,7 @@ public:
     /// Follows the mode to the next stop.
     Stop advance() {
         window_ = S(0);
+        in_two_fold_ = field_is_lost_ = false;
         if (sliding_surface(place_.mode) >= 0) {
             if constexpr (HasSlidingFlow<Sys, S>)
                 if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
@@ -130,6 +133,10 @@ public:
             return run(OnSide<0>{place_, watch_});
     }
 
+    /// True if a slide has ended in a two-fold, where its field is 0/0.
+    bool in_two_fold() const { return in_two_fold_; }
+    /// True if a slide has ended in a two-fold from which slides go in many directions.
+    bool field_is_lost() const { return field_is_lost_; }
     /// Lets the observer bring the end nearer by whole periods, which moves nothing else: it has
     /// seen that they would repeat what was.
     void let_observer_skip() {
@@ -368,6 +375,10 @@ private:
     /// No step of a slide is short enough: its surface is about to jump, or has a kink beyond
     /// which the slide has ended.
     FILIPPOV_COLD Stop end_of_short_slide() {
+        if (may_meet_two_fold())
+            if (const auto fold = two_fold_ahead(place_, sliding_surface(place_.mode), widest_);
+                is_reached(fold))
+                return end_in_two_fold(fold);
         for (int k = 1; k <= 16; k *= 2) {
             const S dt = forward() * S(k) * place_.resolution();
             if (!reaches(dt))
@@ -382,13 +393,106 @@ private:
             stop.jumped = true;
             return stop;
         }
+        if (may_meet_two_fold() && is_at_pole())
+            return at_pole();
         return {fail_small(false)};
+    }
+
+    // --- two-folds -----------------------------------------------------------------------------
+
+    /// True of a slide on one surface, judged, and with a field that has a pole.
+    FILIPPOV_INLINE bool may_meet_two_fold() const {
+        if constexpr (HasEquivalentControl<Sys, S>)
+            return false;
+        return !forced_ && place_.mode.sliding() == 1 &&
+               !is_kind(place_.sys, sliding_surface(place_.mode), SurfaceKind::jump);
+    }
+    /// True if the slide goes to a two-fold, straight, and nothing else happens on the way.
+    bool is_reached(const TwoFold<Sys, S>& fold) const {
+        return fold.tends && fold.resolved && reaches(fold.after) &&
+               watch_.only_slide_ends(sliding_surface(place_.mode),
+                                      S(place_.clock.local + fold.after), fold.x);
+    }
+    Stop end_in_two_fold(const TwoFold<Sys, S>& fold) {
+        leap(fold.after, fold.x);
+        watch_.go_on_with_sections();
+        in_two_fold_ = true;
+        field_is_lost_ = !fold.has_field;
+        Stop stop;
+        stop.guard = Guard<M>::transversal(sliding_surface(place_.mode));
+        return stop;
+    }
+    enum class Approach { none, shorter, ends };
+    /// What a step is worth in which L1 - L2 has fallen to half: nothing if there is a two-fold
+    /// less than two of these steps away. The field bends infinitely beside it, and has poles
+    /// behind. Its length is halved with the distance, until this is resolved.
+    FILIPPOV_COLD Approach approach_two_fold(const S& dt, TwoFold<Sys, S>& fold) {
+        fold = two_fold_ahead(place_, sliding_surface(place_.mode), widest_);
+        if (is_reached(fold))
+            return Approach::ends;
+        const S most = std::max(fold.reach / S(2), place_.resolution());
+        if (fold.found && abs_(dt) > most) {
+            ++counters_.rejected;
+            dt_ = forward() * std::min(most, abs_(dt) / S(2));
+            return Approach::shorter;
+        }
+        return Approach::none;
+    }
+    /// True if a step of a slide ends where L1 - L2 vanishes, though no two-fold was resolved: it
+    /// is tried shorter, as far as time can be resolved.
+    bool cuts_before_pole(const Found<S>& found, const S& dt) {
+        if (!may_meet_two_fold() || found.touch ||
+            found.guard != Guard<M>::transversal(sliding_surface(place_.mode)) ||
+            !(abs_(dt) > S(16) * place_.resolution()))
+            return false;
+        ++counters_.rejected;
+        dt_ = S(0.4375) * dt; // no probe falls again on the instant at which it may but touch zero
+        return true;
+    }
+    /// L1 - L2 vanishes here, and no two-fold was resolved.
+    Stop at_pole() {
+        in_two_fold_ = true;
+        Stop stop;
+        stop.guard = Guard<M>::transversal(sliding_surface(place_.mode));
+        return stop;
+    }
+    /// True if L1 - L2 only touches zero in a step, at its end or in the middle of it: where a
+    /// switch loses its force for an instant the slide attracts before and after.
+    template <class Path> FILIPPOV_COLD bool only_touches_pole(Path& path, Found<S>& found) {
+        const int j = sliding_surface(place_.mode);
+        if (!may_meet_two_fold() || found.guard != Guard<M>::transversal(j))
+            return false;
+        const auto w = [&](const S& theta) {
+            return watch_.guard_value(found.guard, S(place_.clock.local + theta * path.dt),
+                                      path(theta));
+        };
+        const S after = S(1) - found.theta;
+        if (!(w(found.theta) >= S(0)) || !(after > S(1e-3)))
+            return false;
+        for (const double part : {1e-2, 0.1, 0.5, 1.0})
+            if (!(w(S(found.theta + S(part) * after)) > S(0)))
+                return false;
+        return watch_.only_slide_ends(j, S(place_.clock.local + path.dt), path.x1);
+    }
+    /// True if L1 - L2 vanishes, or is no number, before time is resolved.
+    FILIPPOV_COLD bool is_at_pole() const {
+        const int j = sliding_surface(place_.mode);
+        for (int k = 1; k <= 64; k *= 2) {
+            const S dt = forward() * S(k) * place_.resolution();
+            const Margin<S> m = sliding_margin(place_.sys, place_.mode, j,
+                                               S(place_.clock.local + dt), alone(dt), place_.p);
+            if (!(m.w * watch_.sense(Guard<M>::transversal(j)) > S(0)))
+                return true;
+        }
+        return false;
     }
     /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
     FILIPPOV_COLD Stop too_small(bool bad_stage) {
         if (!bad_stage)
             return place_.mode.sliding() > 0 ? end_of_short_slide() : Stop{fail_small(false)};
         Stop stop = contact_at_edge();
+        if (stop.guard < 0 && may_meet_two_fold() && is_at_pole())
+            return at_pole();
         if (stop.guard < 0 && place_.mode.sliding() > 1)
             stop.guard = Guard<M>::transversal(sliding_surface(place_.mode)); // no blend beyond
         return stop.guard >= 0 ? stop : Stop{fail_small(true)};
@@ -518,6 +622,22 @@ private:
                     continue;
                 }
 
+            if constexpr (Rhs::slides)
+                if (may_meet_two_fold()) {
+                    const int j = sliding_surface(place_.mode);
+                    const S now = watch_.transversality(j);
+                    transversality_ = std::max(transversality_, now);
+                    widest_ = std::max(widest_, now);
+                    if (watch_.template loses_transversality<Path>(j, transversality_)) {
+                        TwoFold<Sys, S> fold;
+                        const Approach how = approach_two_fold(dt, fold);
+                        if (how == Approach::ends)
+                            return end_in_two_fold(fold);
+                        if (how == Approach::shorter)
+                            continue;
+                        transversality_ = S(0);
+                    }
+                }
             Found<S> found;
             watch_.look(path, unjudged, elapsed_);
             if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
@@ -530,8 +650,23 @@ private:
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
+            if constexpr (Rhs::slides)
+                if (found.guard >= 0) {
+                    if (only_touches_pole(path, found)) {
+                        if (found.theta < S(0.7)) { // (what comes later in this step is not known)
+                            ++counters_.rejected;
+                            dt_ = S(1.25) * found.theta * dt;
+                            continue;
+                        }
+                        found = {};
+                    } else if (cuts_before_pole(found, dt)) {
+                        continue;
+                    }
+                }
             if (!fixed)
                 propose(path, {dt, cut, last}, error, unjudged);
+            else
+                dt_ = forward() * place_.settings.fixed_step; // (it may have been cut)
             bad_stage = beside = false;
             if (found.guard >= 0) {
                 const Stop stop = land(path, found);
@@ -604,6 +739,9 @@ private:
     S first_reach_ = std::numeric_limits<S>::infinity(); ///< of the first step after an event
     S remaining_ = S(0);       ///< from the clock to the end of the run, at the last trial
     S dt_before_slide_ = S(0); ///< the proposal when the last slide began; 0: the run began in it
+    S widest_ = S(0);          ///< the largest L1 - L2 of a slide,
+    S transversality_ = S(0);  ///< and since its two-fold was looked for last
+    bool in_two_fold_ = false, field_is_lost_ = false;
     bool have_k0_ = false;
     bool forced_ = false; ///< nobody judges: the mode is followed wherever it leads
     /// How many trials are checked by their defect: those of the first slip of a run that began in

@@ -274,6 +274,22 @@ public:
         return first;
     }
 
+    /// True if in a step of a slide L1 - L2 of surface j falls below half of its start, or of what
+    /// it was `before`.
+    template <class Path> FILIPPOV_INLINE bool loses_transversality(int j, const S& before) const {
+        const GuardTrace& w = trace(Guard<M>::transversal(j));
+        return !(w.template range<typename Path::Times>().low > S(0.5) * std::max(w.start, before));
+    }
+    /// L1 - L2 of surface j, slid on, where a step starts.
+    S transversality(int j) const { return trace(Guard<M>::transversal(j)).start; }
+    /// True if no guard but those of the slide on surface j has changed its sign at (t, x).
+    FILIPPOV_COLD bool only_slide_ends(int j, const S& t, const X& x) const {
+        for (const int g : active_guards())
+            if (!(of_slide(g) && g / 3 == j) && trace(g).order == 0 && guard_value(g, t, x) < S(0))
+                return false;
+        return true;
+    }
+
     /// The guard of an end by s at which a slide is over at (t, x), -1: none.
     FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
         for (const int g : active_guards())
