@@ -112,6 +112,7 @@ FLOORS: list[list[str]] = [
         "repeats",
         "diagram",
         "system_interface",
+        "discrete",
         "sampled_minima",
         "any_system",
         "maps",

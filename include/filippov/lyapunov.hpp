@@ -2,7 +2,7 @@
 // Lyapunov exponents through crossings and slides.
 #pragma once
 
-#include <filippov/system_interface.hpp>
+#include <filippov/discrete.hpp>
 
 #include <Eigen/QR>
 
@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -30,10 +31,12 @@ struct LyapunovSettings {
 
 /// Lyapunov exponents over a window.
 struct Lyapunov {
-    Vector exponents;   ///< dim of them, largest first, per unit of time; -inf where slides end all
-    Vector error;       ///< standard error of each, from the batches' means; 0 of -inf
-    double t_begin = 0; ///< the window, in units of time: the error holds for it, not for
-    double t_end = 0;   ///< what a longer transient would have led to
+    /// dim of them, largest first, per unit of time; 0 exactly for clocks, -inf where slides, or
+    /// jumps that set a component, end all
+    Vector exponents;
+    Vector error;            ///< standard error of each, from the batches' means; 0 of exact ones
+    double t_begin = 0;      ///< the window, in units of time: the error holds for it, not for
+    double t_end = 0;        ///< what a longer transient would have led to
     long long slides = 0;    ///< modes with a slide entered within the window
     long long stretches = 0; ///< that were averaged
     long long skipped = 0;   ///< stretches left out, since they pass a tangency and have no slope
@@ -49,8 +52,7 @@ class TangentFrame {
 public:
     TangentFrame(const AnySystem& system, const Vector& p, const Vector& x0,
                  const LyapunovSettings& settings)
-        : system_(system), p_(p), settings_(settings), x_(x0),
-          Q_(Matrix::Identity(system.dim(), system.dim())) {
+        : system_(system), p_(p), settings_(settings), now_{.x = x0} {
         validate();
         if (system.forced())
             unit_ = require_period(system, p).value;
@@ -58,35 +60,32 @@ public:
 
     Lyapunov run() {
         const auto n_transient = count(settings_.transient), n = count(settings_.window);
-        // A tangent vector turns into the leading direction within some stretches.
-        const long long n_aligned = std::min(n_transient, 100LL);
+        // A tangent vector turns into the leading direction within some stretches, and periods.
+        const long long n_aligned = std::min(n_transient, std::max(100LL, count(100)));
         total_ = n_transient + n;
-        bool good = settle(double(n_transient - n_aligned) * settings_.stretch);
-        for (long long k = 0; good && k < n_aligned; ++k) {
-            good = advance(nullptr);
-            tell(n_transient - n_aligned + k + 1);
-        }
-        result_.t_begin = unit_ * settings_.stretch * double(n_transient);
-        result_.t_end = result_.t_begin;
+        const Vector x0 = now_.x;
         std::vector<Vector> growth;
-        const auto begin = std::tuple(x_, Q_, phase_, slides_);
-        if (good)
-            measure(n, n_transient, growth);
-        // What slides before the window took is taken away only if there are some in it.
-        if (result_.status == Status::ok && Q_.cols() < Q_.rows() && !loses_) {
-            std::tie(x_, Q_, phase_, slides_) = begin;
-            complete_frame();
-            measure(n, n_transient, growth);
+        if (settle(double(n_transient - n_aligned) * settings_.stretch)) {
+            take_apart(
+                discrete_part(Matrix::Identity(system_.dim(), system_.dim()),
+                              constant_components(system_, now_.phase * unit_, {x0, now_.x}, p_)));
+            const Standing settled = now_;
+            // each time a component turns out to be no clock
+            while (!follow_window(n_transient, n_aligned, n, growth)) {
+                const DiscretePart part = part_;
+                now_ = settled;
+                take_apart(part);
+            }
         }
         summarise(growth);
-        result_.x = x_;
+        result_.x = now_.x;
         return std::move(result_);
     }
 
 private:
     void validate() const {
         const auto at_most = [](double v) { return v <= 1e12; };
-        require_point(system_, 0, x_, p_, "x0");
+        require_point(system_, 0, now_.x, p_, "x0");
         if (!(settings_.transient >= 0 && at_most(settings_.transient)))
             refuse("transient", settings_.transient, "expected a number from 0 to 1e12");
         if (!(settings_.stretch > 0 && at_most(settings_.stretch)))
@@ -105,12 +104,56 @@ private:
     }
     long long count(double duration) const { return std::llround(duration / settings_.stretch); }
 
+    /// Where the frame stands.
+    struct Standing {
+        Vector x;
+        Matrix Q{};       ///< orthonormal tangent vectors, shape (rest, m)
+        double phase = 0; ///< time in units, within the period if there is one
+        bool slides = false;
+        /// Of each clock and latch the one that it comes from since the window began; -1: it was
+        /// set since.
+        std::vector<int> from{};
+    };
+    /// The frame is one of the components that are no clocks and latches.
+    void take_apart(const DiscretePart& part) {
+        part_ = part;
+        not_a_clock_ = false;
+        now_.Q = Matrix::Identity(rest(), rest());
+    }
+    Eigen::Index rest() const { return Eigen::Index(part_.rest.size()); }
+
+    /// @return false if it has to be done again, with fewer clocks
+    bool follow_window(long long n_transient, long long n_aligned, long long n,
+                       std::vector<Vector>& growth) {
+        bool good = true;
+        for (long long k = 0; good && k < n_aligned; ++k) {
+            good = advance(nullptr);
+            tell(n_transient - n_aligned + k + 1);
+        }
+        result_.t_begin = unit_ * settings_.stretch * double(n_transient);
+        result_.t_end = result_.t_begin;
+        const Standing begin = now_;
+        if (good)
+            measure(n, n_transient, growth);
+        // What went before the window is taken from it only if as much goes in it.
+        if (result_.status == Status::ok && now_.Q.cols() < rest() && !loses_ && !not_a_clock_) {
+            const auto first = std::tuple(now_, result_, growth);
+            now_ = begin;
+            complete_frame();
+            measure(n, n_transient, growth);
+            if (result_.status == Status::ok && now_.Q.cols() == std::get<0>(first).Q.cols())
+                std::tie(now_, result_, growth) = first; // which began aligned
+        }
+        return !not_a_clock_;
+    }
     /// Follows the window.
     void measure(long long n, long long before, std::vector<Vector>& growth) {
         growth.clear();
         result_.slides = result_.skipped = 0;
         result_.t_end = result_.t_begin;
         loses_ = false;
+        now_.from.resize(part_.discrete.size());
+        std::iota(now_.from.begin(), now_.from.end(), 0);
         for (long long k = 0; k < n && advance(&growth); ++k) {
             result_.t_end += unit_ * settings_.stretch;
             tell(before + k + 1);
@@ -130,11 +173,11 @@ private:
         for (double left = duration; left > 0;) {
             if (system_.interrupted())
                 return ended(Status::interrupted, std::string(message(Status::interrupted)));
-            const double span = std::min(left, 20 * settings_.stretch);
-            const History h = system_.run(phase_ * unit_, x_, (phase_ + span) * unit_, p_);
+            const double span = std::min(left, 20 * settings_.stretch), from = now_.phase;
+            const History h = system_.run(from * unit_, now_.x, (from + span) * unit_, p_);
             if (!ended(h.status, h.message))
                 return false;
-            x_ = h.x;
+            now_.x = h.x;
             move(span);
             left -= span;
             tell(std::llround((duration - left) / settings_.stretch));
@@ -143,106 +186,137 @@ private:
     }
     /// Time within the period; a forced system does not know more of it.
     void move(double span) {
-        phase_ += span;
+        now_.phase += span;
         if (system_.forced())
-            phase_ -= std::floor(phase_);
+            now_.phase -= std::floor(now_.phase);
     }
 
-    /// One stretch: the frame goes along and is made orthonormal; its growth is kept. Where one
-    /// direction shrinks so much against another that rounding hides it, the stretch is followed in
-    /// parts, and those that come in as many.
-    bool advance(std::vector<Vector>* growth) {
-        const Vector x = x_;
-        const Matrix Q = Q_;
-        const double phase = phase_;
-        const bool slides = slides_;
-        for (;; ++parts_) {
-            const bool last = parts_ == most_parts;
-            Growth found;
-            bool resolved = true;
-            for (int k = 0; resolved && k < 1 << parts_; ++k)
-                if (!follow(settings_.stretch / double(1 << parts_), last, found, resolved))
-                    return false;
-            if (!resolved && last)
-                return ended(
-                    Status::not_converged,
-                    "A direction shrinks too fast for its exponent: take a smaller stretch.");
-            if (resolved) {
-                if (growth != nullptr) {
-                    result_.slides += found.slides;
-                    result_.skipped += found.skipped;
-                    if (!found.skipped)
-                        growth->push_back(found.logs);
-                }
-                return true;
-            }
-            x_ = x, Q_ = Q, phase_ = phase, slides_ = slides;
-        }
-    }
     /// Of a stretch.
     struct Growth {
-        Vector logs;
+        Vector logs{};
         long long slides = 0;
-        bool skipped = false; ///< a part of it has no derivative
+        bool skipped = false;         ///< a part of it has no derivative
+        bool forgot = false;          ///< a part of it has taken a direction, in no time
+        int halvings = most_halvings; ///< least of its parts
     };
-    static constexpr int most_parts = 10; ///< as a power of two
+    static constexpr int most_halvings = 10;
 
-    /// A part of a stretch.
+    /// One stretch: the frame goes along and is made orthonormal; its growth is kept.
+    bool advance(std::vector<Vector>* growth) {
+        Growth found;
+        const int parts = 1 << halvings_;
+        for (int k = 0; k < parts; ++k)
+            if (!follow(settings_.stretch / parts, halvings_, found))
+                return false;
+        if (!found.forgot)
+            halvings_ = found.halvings;
+        if (growth != nullptr) {
+            result_.slides += found.slides;
+            result_.skipped += found.skipped;
+            if (!found.skipped)
+                growth->push_back(found.logs);
+        }
+        return true;
+    }
+    /// A part of a stretch. Where one direction shrinks so much against another that rounding hides
+    /// it, the part is followed in halves; so are the stretches that come, unless this was where a
+    /// direction ends.
+    bool follow(double span, int halvings, Growth& growth) {
+        const bool last = halvings == most_halvings;
+        const Standing start = now_;
+        const Growth grown = growth;
+        bool resolved = true;
+        if (!take(span, last, growth, resolved))
+            return false;
+        if (resolved) {
+            growth.halvings = std::min(growth.halvings, halvings);
+            return true;
+        }
+        if (last)
+            return ended(Status::not_converged,
+                         "A direction shrinks too fast for its exponent: take a smaller stretch.");
+        now_ = start;
+        growth = grown;
+        return follow(span / 2, halvings + 1, growth) && follow(span / 2, halvings + 1, growth);
+    }
     /// @param forgets   what is hidden by rounding is gone: with jumps, which may forget a speed
     /// @param resolved  false where a direction shrinks too much
-    bool follow(double span, bool forgets, Growth& growth, bool& resolved) {
+    bool take(double span, bool forgets, Growth& growth, bool& resolved) {
         if (system_.interrupted())
             return ended(Status::interrupted, std::string(message(Status::interrupted)));
-        const double t0 = phase_ * unit_;
-        const Journey j =
-            system_.journey({.t0 = t0, .x = x_, .t_end = t0 + span * unit_, .held = true}, p_, {});
+        const double t0 = now_.phase * unit_;
+        const Journey j = system_.journey(
+            {.t0 = t0, .x = now_.x, .t_end = t0 + span * unit_, .held = true}, p_, {});
         if (!ended(j.status, j.message))
             return false;
         const int d = system_.dim();
-        x_ = j.end.value.head(d);
+        now_.x = j.end.value.head(d);
         move(span);
-        const bool starts_sliding = slides_;
-        slides_ = slid_on(j.last, surfaces_) > 0;
+        const bool starts_sliding = now_.slides;
+        now_.slides = slid_on(j.last, surfaces_) > 0;
         growth.slides += j.slides - (starts_sliding && slid_on(j.first, surfaces_) > 0);
-        const Matrix M = j.end.slope.topLeftCorner(d, d);
-        growth.skipped = growth.skipped || !M.allFinite();
+        const Matrix whole = j.end.slope.topLeftCorner(d, d);
+        growth.skipped = growth.skipped || !whole.allFinite();
         if (growth.skipped)
             return true;
+        if (!pass_clocks(whole))
+            return false;
+        const Matrix M = part_.of_rest(whole);
         loses_ = loses_ || j.lost > 0;
-        if (Q_.cols() > d - j.lost)
-            forget(M, d - j.lost);
+        if (const Eigen::Index most = std::max<Eigen::Index>(rest() - j.lost, 0);
+            now_.Q.cols() > most)
+            forget(M, most, growth);
         if (forgets && jumps_)
-            if (const Eigen::Index kept = rank(M, 4 * epsilon<double>); kept < Q_.cols())
-                forget(M, kept);
-        if (rank(M, forgets && jumps_ ? 0 : hidden) < Q_.cols()) {
+            if (const Eigen::Index kept = rank(M, 4 * epsilon<double>); kept < now_.Q.cols())
+                forget(M, kept, growth);
+        if (rank(M, forgets && jumps_ ? 0 : hidden) < now_.Q.cols()) {
             resolved = false;
             return true;
         }
-        return orthonormalise(M * Q_, growth);
+        return orthonormalise(M * now_.Q, growth);
+    }
+    /// @return false if there are fewer clocks and latches than was thought
+    bool pass_clocks(const Matrix& M) {
+        const DiscretePart part = discrete_part(M, part_.discrete);
+        if (part.discrete.size() < part_.discrete.size()) {
+            part_ = part;
+            not_a_clock_ = true;
+            return false;
+        }
+        std::vector<int> from = part.from;
+        for (int& k : from)
+            k = k >= 0 && !now_.from.empty() ? now_.from[std::size_t(k)] : k;
+        now_.from = std::move(from);
+        return true;
     }
     /// How many of the tangent vectors M keeps at least so much of, against its size.
     Eigen::Index rank(const Matrix& M, double part) const {
-        if (Q_.cols() == 0)
+        if (now_.Q.cols() == 0)
             return 0;
-        const Eigen::ColPivHouseholderQR<Matrix> qr(M * Q_);
+        const Eigen::ColPivHouseholderQR<Matrix> qr(M * now_.Q);
         return (qr.matrixQR().diagonal().cwiseAbs().array() > part * M.norm()).count();
     }
     static constexpr double hidden = 1e-9; ///< its logarithm is right to 1e-7
     /// A slide leaves no more than the directions of the surface: those that M keeps.
-    void forget(const Matrix& M, Eigen::Index kept) {
-        const Eigen::ColPivHouseholderQR<Matrix> rows((M * Q_).transpose());
+    void forget(const Matrix& M, Eigen::Index kept, Growth& growth) {
+        const Eigen::ColPivHouseholderQR<Matrix> rows((M * now_.Q).transpose());
         const Matrix all = rows.householderQ();
-        Q_ = (Q_ * all.leftCols(kept)).eval();
+        now_.Q = (now_.Q * all.leftCols(kept)).eval();
+        growth.forgot = true;
     }
     /// Gives the frame as many vectors as there are directions.
     void complete_frame() {
-        const Eigen::Index d = Q_.rows(), kept = Q_.cols();
+        const Eigen::Index d = now_.Q.rows(), kept = now_.Q.cols();
         if (kept == d)
             return;
-        const Matrix all = Eigen::HouseholderQR<Matrix>(Q_).householderQ();
+        if (kept == 0) {
+            now_.Q = Matrix::Identity(d, d);
+            return;
+        }
+        const Matrix all = Eigen::HouseholderQR<Matrix>(now_.Q).householderQ();
         Matrix full(d, d);
-        full << Q_, all.rightCols(d - kept);
-        Q_ = full;
+        full << now_.Q, all.rightCols(d - kept);
+        now_.Q = full;
     }
     bool orthonormalise(const Matrix& V, Growth& growth) {
         if (V.cols() == 0) {
@@ -253,7 +327,7 @@ private:
         const Vector r = qr.matrixQR().diagonal().head(V.cols()).cwiseAbs();
         if (!(r.minCoeff() > 0))
             return ended(Status::not_finite, "A tangent vector became zero or not finite.");
-        Q_ = qr.householderQ() * Matrix::Identity(V.rows(), V.cols());
+        now_.Q = qr.householderQ() * Matrix::Identity(V.rows(), V.cols());
         // the vectors that are left, in their order
         const Vector before = growth.logs.size() > 0 ? Vector(growth.logs.head(r.size()))
                                                      : Vector(Vector::Zero(r.size()));
@@ -285,7 +359,7 @@ private:
             }
             return;
         }
-        const Eigen::Index m = Q_.cols(); // those left at the end
+        const Eigen::Index m = now_.Q.cols(); // those left at the end
         const double time = unit_ * settings_.stretch;
         Matrix means(m, Eigen::Index(batches));
         Vector total = Vector::Zero(m);
@@ -303,7 +377,17 @@ private:
             const Vector off = means.row(i).transpose().array() - means.row(i).mean();
             result_.error[i] = std::sqrt(off.squaredNorm() / double(batches * (batches - 1)));
         }
-        sort(m);
+        // a clock that is ahead stays ahead
+        const Eigen::Index exact = m + clocks();
+        result_.exponents.segment(m, exact - m).setZero();
+        sort(exact);
+    }
+    /// Clocks and latches that no jump has set within the window.
+    Eigen::Index clocks() const {
+        std::vector<int> from = now_.from;
+        std::sort(from.begin(), from.end());
+        from.erase(std::unique(from.begin(), from.end()), from.end());
+        return std::count_if(from.begin(), from.end(), [](int k) { return k >= 0; });
     }
     /// Over a window too short to align them they may come out of order.
     void sort(Eigen::Index m) {
@@ -318,16 +402,15 @@ private:
     const AnySystem& system_;
     const int surfaces_ = system_.surfaces();
     const bool jumps_ = has_jumps(system_);
-    int parts_ = 0; ///< of a stretch, as a power of two
+    int halvings_ = 0; ///< of a stretch
     const Vector& p_;
     const LyapunovSettings& settings_;
-    Vector x_;
-    Matrix Q_;         ///< orthonormal tangent vectors, shape (dim, m)
-    double unit_ = 1;  ///< of time
-    double phase_ = 0; ///< time in units, within the period if there is one
-    bool slides_ = false;
-    bool loses_ = false;  ///< a slide of the window has taken a direction
-    long long total_ = 0; ///< stretches
+    Standing now_;
+    DiscretePart part_{};      ///< which components are clocks and latches
+    bool not_a_clock_ = false; ///< one of them turned out to be none
+    double unit_ = 1;          ///< of time
+    bool loses_ = false;       ///< a slide of the window has taken a direction
+    long long total_ = 0;      ///< stretches
     Lyapunov result_;
 };
 
@@ -337,9 +420,10 @@ private:
 ///
 /// Tangent vectors go along with the flow, saltation included, and are made orthonormal after every
 /// stretch; exponents are the mean growth over the window. Sliding on the surface takes one
-/// direction for good: that exponent is -inf exactly, and no logarithm of zero is taken. The error
-/// bar is that of the mean over this window, from batches; what happens after longer transients it
-/// cannot know.
+/// direction for good: that exponent is -inf exactly, and no logarithm of zero is taken. So is that
+/// of a latch, and of what else jumps set; that of a clock is 0 exactly (see discrete.hpp). The
+/// error bar is that of the mean over this window, from batches; what happens after longer
+/// transients it cannot know.
 /// @error std::invalid_argument for a start, parameters or settings that make no sense; status
 ///        `not_converged` where a direction shrinks beyond rounding in a thousandth of a stretch
 inline Lyapunov lyapunov(const AnySystem& system, const Vector& p, const Vector& x0,
