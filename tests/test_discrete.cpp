@@ -281,3 +281,33 @@ TEST_CASE("discrete: exponents are the logarithms of the strobe map's multiplier
     CHECK(lost >= 3);
     CHECK(peaks >= 5);
 }
+
+TEST_CASE("discrete: a strobe that flashes as the clock jumps sees what comes after",
+          "[discrete]") {
+    std::mt19937_64 random(5);
+    int compared = 0;
+    for (int tries = 0; tries < 20; ++tries) {
+        const auto system = any_system(random_system(random, false));
+        const Vector p = system->defaults();
+        Vector x = Vector::Zero(5);
+        x[3] = 1;
+        for (int k = 0; k < 20; ++k) {
+            const Mapped m = strobe(*system, 0, x, p);
+            if (!m.ok())
+                break;
+            CAPTURE(tries, k);
+            CHECK(m.x[3] == 1);
+            CHECK(std::abs(m.x[4]) < 1e-9); // of a clock that moves by 2.1
+            CHECK(m.slope.row(3).cwiseAbs().maxCoeff() == 0);
+            if (k == 10 && !m.singular) { // right after the jump the map is continuous
+                const Vector y = system->run(0, x, 1e-7, p).x;
+                const Mapped later = strobe(*system, 0, y, p);
+                CHECK((later.x - m.x).norm() < 1e-5);
+                CHECK((later.slope - m.slope).norm() < 1e-4 * m.slope.norm());
+                ++compared;
+            }
+            x = m.x;
+        }
+    }
+    CHECK(compared >= 10);
+}

@@ -60,12 +60,58 @@ inline Mapped mapped(const AnySystem& system, const Journey& journey) {
     return m;
 }
 
+/// True if the state jumps at the end of a journey, but for rounding of its time.
+inline bool jump_is_due(const AnySystem& system, const Journey& journey, const Vector& p,
+                        double period) {
+    const int d = system.dim();
+    const Vector x = journey.end.value.head(d);
+    const auto kinds = system.kinds();
+    for (int j = 0; j < int(kinds.size()); ++j) {
+        if (kinds[std::size_t(j)] != SurfaceKind::jump || mode_entry(journey.last, j) == 0)
+            continue;
+        const Jet h =
+            system.quantity({Quantity::Kind::h, +1, 0, j}, journey.end.value[d], x, p, {});
+        const auto rate = journey.end.slope.col(d + 1).head(d);
+        const double approach = -(h.slope.row(0).head(d).dot(rate) + h.slope(0, d));
+        if (approach > 0 && std::abs(h.value[0]) <= 1e-10 * period * approach)
+            return true;
+    }
+    return false;
+}
+
+/// A journey to a time at which the state jumps: to right after the jump, wherever rounding had
+/// left it. It goes on for a moment, and back along what comes after the jump.
+inline Journey past_jump(const AnySystem& system, const Leg& leg, const Journey& before,
+                         const Vector& p, const Directions& along, double period) {
+    if (!(before.status == Status::ok && has_jumps(system) &&
+          jump_is_due(system, before, p, period)))
+        return before;
+    const int d = system.dim();
+    Leg longer = leg;
+    longer.t_end += 1e-9 * period;
+    Journey after = system.journey(longer, p, along);
+    if (after.status != Status::ok || after.singular)
+        return before;
+    const Jet back =
+        system.arc(after.last, longer.t_end, after.end.value.head(d), leg.t_end, p, along);
+    if (back.status != Status::ok)
+        return before;
+    const Matrix slope = back.slope.leftCols(d) * after.end.slope.topRows(d);
+    after.end.value.head(d) = back.value;
+    after.end.value[d] = leg.t_end;
+    after.end.slope.topRows(d) = slope;
+    after.end.slope.col(d + 1).head(d) = back.slope.col(d + 1);
+    after.end.slope.topRightCorner(d, 2) += back.slope.rightCols(2);
+    return after;
+}
+
 } // namespace detail
 
 /// The strobe map: the state `iterate` forcing periods later.
 ///
-/// Time is carried along, t + iterate T, so that the slope is that of a section, too. A slide makes
-/// the slope singular: its multiplier 0 is exact where the slide is the last mode.
+/// Where the state jumps at that time it is the state after the jump. Time is carried along, t +
+/// iterate T, so that the slope is that of a section, too. A slide makes the slope singular: its
+/// multiplier 0 is exact where the slide is the last mode.
 /// @param along  parameters for `param_slope`, which the period may depend on
 inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const Vector& p,
                      int iterate = 1, const Directions& along = {}) {
@@ -75,7 +121,8 @@ inline Mapped strobe(const AnySystem& system, double t0, const Vector& x0, const
     const PeriodJet T = detail::require_period(system, p, along);
     const int d = system.dim();
     Leg leg{.t0 = t0, .x = x0, .t_end = t0 + iterate * T.value};
-    const Journey journey = system.journey(leg, p, along);
+    const Journey journey =
+        detail::past_jump(system, leg, system.journey(leg, p, along), p, along, T.value);
     Mapped m = detail::mapped(system, journey);
     // The end is a period after the start, and moves with it and with the period.
     const auto by_end = journey.end.slope.col(d + 1);

@@ -228,3 +228,25 @@ def test_no_starts_have_no_images():
         assert none.x.shape == (2, 0)
         assert none.param_slope["A"].shape == (3, 0)
         assert "0 starts" in repr(none)
+
+
+def test_a_flash_at_which_the_clock_jumps_sees_what_comes_after():
+    # the clock is set back by a constant, and so drifts across the flash by rounding
+    for rate, T in ((3.0, 0.1), (0.1, 0.1), (1.0, 0.7)):
+        turn = rate * T
+
+        @fp.system(
+            state="x q tau",
+            period=T,
+            jumps={"clock": (f"{turn!r} - tau", lambda t, s, p: (s.x, 1, s.tau - turn))},
+        )
+        def ticking(t, s, p):
+            return s.q - s.x, 0, rate  # noqa: B023
+
+        x = np.array([0.0, 1, 0])
+        for _ in range(25):
+            image = fp.strobe_map(ticking, x, iterate=7)
+            assert image.success
+            x = image.x
+            assert abs(x[2]) < 1e-9 * turn
+            assert image.slope[2, 2] == pytest.approx(1, abs=1e-12)
