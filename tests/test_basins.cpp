@@ -2,6 +2,7 @@
 // Basins of forced systems, against runs of the scalar engine, and against each other.
 
 #include "catch.hpp"
+#include "converter.hpp"
 #include "systems.hpp"
 
 #include <filippov/any_system.hpp>
@@ -62,6 +63,45 @@ struct Beside {
     }
 };
 
+/// x' = q - x, y' = x - y/2, and a clock that turns q into 1 - q every unit of time.
+struct Divided {
+    static constexpr int dim = 4;
+    static constexpr int surfaces = 1;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    static constexpr std::array<std::string_view, 1> params{"k"};
+    static constexpr std::array<double, 1> defaults{1};
+    template <Scalar S> Vec<S, 4> f(const S&, const Vec<S, 4>& x, const Vec<S, 1>&) const {
+        return {x[2] - x[0], x[0] - S(0.5) * x[1], S(0), S(1)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 4>& x, const Vec<S, 1>&) const {
+        return S(1) - x[3];
+    }
+    template <Scalar S> Vec<S, 4> jump(int, const S&, const Vec<S, 4>& x, const Vec<S, 1>&) const {
+        return {x[0], x[1], S(1) - x[2], S(0)};
+    }
+    template <Scalar S> S period(const Vec<S, 1>&) const { return S(1); }
+};
+
+/// x' = x + u, where u = -k x is measured every half unit of time, and held.
+struct Sampled {
+    static constexpr int dim = 3;
+    static constexpr int surfaces = 1;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    static constexpr std::array<std::string_view, 1> params{"k"};
+    static constexpr std::array<double, 1> defaults{1.5};
+    template <Scalar S> Vec<S, 3> f(const S&, const Vec<S, 3>& x, const Vec<S, 1>&) const {
+        return {x[0] + x[1], S(0), S(1)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 3>& x, const Vec<S, 1>&) const {
+        return S(0.5) - x[2];
+    }
+    template <Scalar S>
+    Vec<S, 3> jump(int, const S&, const Vec<S, 3>& x, const Vec<S, 1>& p) const {
+        return {x[0], -p[0] * x[0], x[2] - S(0.5)};
+    }
+    template <Scalar S> S period(const Vec<S, 1>&) const { return S(0.5); }
+};
+
 const std::shared_ptr<const AnySystem>& block() {
     static const auto system = oscillator_system();
     return system;
@@ -85,6 +125,27 @@ BasinSettings quick() {
     s.parallel.threads = 1;
     return s;
 }
+/// A picture of a system with clocks.
+template <class Sys>
+Basins clocked(const Sys& sys, const CellGrid& grid, const Vector& rest, double parameter) {
+    BasinSettings s = quick();
+    s.rest = rest;
+    const auto system = any_system(sys);
+    const auto lanes = any_lanes(sys);
+    return BasinFinder(*system, *lanes, grid, Vector::Constant(1, parameter), s).run();
+}
+void check_one_attractor(const Basins& b, int period) {
+    CHECK(b.state == Status::ok);
+    CHECK(b.unresolved == 0);
+    CHECK(b.disagreements == 0);
+    REQUIRE(b.attractors.size() == 1);
+    CHECK(b.attractors[0].periodic);
+    CHECK(b.attractors[0].cycle.period() == period);
+    CHECK(b.attractors[0].cycle.stable());
+    CHECK(b.attractors[0].cycle.multipliers[0] == 1.0); // the clock's
+    CHECK(std::count(b.label.begin(), b.label.end(), 1) == b.grid.cells());
+}
+
 Basins picture(double A, double omega, const CellGrid& grid, const BasinSettings& settings) {
     return BasinFinder(*block(), *block_lanes(), grid, params_at(*block(), A, omega), settings)
         .run();
@@ -521,4 +582,66 @@ TEST_CASE("basins: any point is labelled as the cell is of which it is the centr
     }
     CHECK((labels.end()[-2].label == 1 && labels.end()[-2].time == 0));
     CHECK((labels.back().label == 0 && labels.back().time == -1));
+}
+
+TEST_CASE("basins: what a clock shows does not part one attractor", "[basins]") {
+    const CellGrid grid({0, 5, 25, 12}, {1, 0.2, 1.5, 12}); // v, i
+    // at 0 the clock jumps whenever the strobe flashes
+    for (const double tau : {0.0, 0.05, 0.0999}) {
+        CAPTURE(tau);
+        const Basins b = clocked(ClockedBoost<>{}, grid, Eigen::Vector4d(0, 0, 1, tau), 1.6);
+        check_one_attractor(b, 1);
+        const StrobeCycle& cycle = b.attractors[0].cycle;
+        // test_discrete.cpp has them from matrix exponentials
+        CHECK(cycle.multipliers[1].real() == Approx(-std::exp(-0.0697755)).epsilon(1e-5));
+        CHECK(cycle.multipliers[2].real() == Approx(std::exp(-0.9970743)).epsilon(1e-5));
+        CHECK(cycle.multipliers[3] == 0.0);
+        CHECK(cycle.points[0][3] == Approx(tau).margin(1e-6));
+        if (tau == 0) {
+            CHECK(cycle.points[0][2] == 1); // after the jump, never before
+            CHECK(cycle.points[0][0] == Approx(18.0289).epsilon(1e-4));
+        }
+    }
+    check_one_attractor(clocked(ClockedBoost<3>{}, grid, Eigen::Vector4d(0, 0, 1, 0), 1.2), 1);
+    check_one_attractor(clocked(ClockedBoost<>{}, grid, Eigen::Vector4d(0, 0, 1, 0), 1.8), 2);
+    const auto picture_of_clock = [] {
+        return clocked(ClockedBoost<>{}, {{0, 5, 25, 5}, {3, 0, 0.09, 5}},
+                       Eigen::Vector4d(0, 1, 1, 0), 1.6);
+    };
+    CHECK_THROWS_WITH(picture_of_clock(), ContainsSubstring("grid.axis(1).coordinate = 3") &&
+                                              ContainsSubstring("clock"));
+}
+
+TEST_CASE("basins: a clock that is divided by two, and a controller that samples", "[basins]") {
+    const Basins divided = clocked(Divided{}, {{0, -1, 2, 8}, {1, -1, 3, 8}}, Vector::Zero(4), 1);
+    check_one_attractor(divided, 2);
+    const auto& mu = divided.attractors[0].cycle.multipliers; // of two units of time
+    CHECK(mu[1] == 1.0);                                      // q, which comes back to itself
+    CHECK(mu[2].real() == Approx(std::exp(-1.0)).epsilon(1e-9));
+    CHECK(mu[3].real() == Approx(std::exp(-2.0)).epsilon(1e-9));
+    // u does not jump to a constant: it is no latch
+    const Basins sampled = clocked(Sampled{}, {{0, -1, 1, 8}, {1, -1, 1, 8}}, Vector::Zero(3), 1.5);
+    check_one_attractor(sampled, 1);
+    const auto& lambda = sampled.attractors[0].cycle.multipliers;
+    CHECK(lambda[1].real() == Approx(1.5 - 0.5 * std::exp(0.5)).epsilon(1e-9));
+    CHECK(std::abs(lambda[2]) < 1e-12);
+}
+
+TEST_CASE("basins: an audit that disagrees is not ok", "[basins]") {
+    CHECK(audit_agrees(0, 0));
+    CHECK(audit_agrees(500, 3));
+    CHECK_FALSE(audit_agrees(500, 4));
+    CHECK_FALSE(audit_agrees(100, 1));
+    Basins b = hundred();
+    BasinFinder finder(*block(), *block_lanes(), square(hundred_cells),
+                       params_at(*block(), 3.6, 1.067), quick());
+    b.confusion.clear();
+    finder.complete(b);
+    CHECK(b.state == Status::ok);
+    for (auto& label : b.label)
+        label = 3 - label; // each the other
+    b.confusion.clear();
+    finder.complete(b);
+    CHECK(b.disagreements == b.audited);
+    CHECK(b.state == Status::not_converged);
 }

@@ -47,7 +47,8 @@ class AttractorFinder {
 public:
     /// @param state  nothing is looked for unless it is `ok`
     AttractorFinder(const StrobePicture& picture, Status state)
-        : picture_(picture), newton_(picture.system, picture.p, picture.settings.t0, picture.unit) {
+        : picture_(picture), newton_(picture.system, picture.p, picture.first_flash(), picture.unit,
+                                     picture.constant) {
         sets_.state = state;
     }
 
@@ -78,7 +79,7 @@ private:
     bool stopped() { return picture_.stopped(sets_.state); }
     Vector centre(std::int32_t cell) const { return picture_.state(picture_.grid.centre(cell)); }
     void settle(const States& points) {
-        Followed ends(picture_, points, settings_.settle, settings_.longest + 1);
+        Followed ends(picture_, points, PointsAre::starts, settings_.settle, settings_.longest + 1);
         picture_.run(points.size(), ends, settings_.run, sets_.state);
         for (std::size_t k = 0; k < points.size() && !stopped(); ++k)
             if (ends.status[k] == Status::ok)
@@ -150,7 +151,7 @@ private:
             if (!cycle || !cycle->stable())
                 continue;
             // of gaps that shrink by the multiplier, all that are to come
-            const double to_come = gap / (1 - std::abs(cycle->multipliers.front()));
+            const double to_come = gap / (1 - cycle->growth);
             if (on_cycle(*cycle, states.back(), std::min(4 * to_come + 1e-9, 0.05)))
                 return cycle;
         }
@@ -163,7 +164,7 @@ private:
         if (known(states) || add_cycle(states) || clouds_.size() >= most_clouds)
             return;
         const States from{states.back()};
-        Followed on(picture_, from, 1, longer + int(states.size()));
+        Followed on(picture_, from, PointsAre::flashed, 1, longer + int(states.size()));
         picture_.run(1, on, settings_.run, sets_.state);
         if (sets_.state != Status::ok || on.status.front() != Status::ok)
             return;
@@ -184,7 +185,8 @@ private:
         const auto look = [&](const Vector& x, int period) {
             if (stopped())
                 return;
-            const auto cycle = newton_(x, period);
+            const auto from = picture_.at_first_flash(x);
+            const auto cycle = from ? newton_(*from, period) : std::nullopt;
             const auto same = [&](const StrobeCycle& s) {
                 return on_cycle(s, cycle->points.front(), 1e-7);
             };
@@ -245,15 +247,28 @@ private:
             return;
         const Matrix to = picture_.unit.asDiagonal(),
                      from = picture_.unit.cwiseInverse().asDiagonal();
-        const double rate = (1 + std::abs(a.cycle.multipliers.front())) / 2;
-        for (std::size_t k = 0; k < a.cycle.slopes.size(); ++k)
-            a.norms.push_back(contracting_norm(from * a.cycle.round(k) * to, rate));
-        const double most = std::min(0.25, 0.5 * distance_to_others(a));
+        const double rate = (1 + a.cycle.growth) / 2;
+        const DiscretePart& part = a.cycle.part;
+        for (std::size_t k = 0; k < a.cycle.slopes.size(); ++k) {
+            a.norms.push_back(Matrix::Zero(to.rows(), to.cols()));
+            a.norms.back()(part.rest, part.rest) =
+                contracting_norm(part.of_rest(Matrix(from * a.cycle.round(k) * to)), rate);
+        }
+        pin_clocks(a, largest_radius);
+        const double most = std::min(largest_radius, 0.5 * distance_to_others(a));
         for (double radius = most; radius > 1e-7 && !stopped(); radius *= 0.7)
             if (draws_together(a, radius, (1 + rate) / 2)) {
                 a.radius = radius;
+                pin_clocks(a, radius);
                 return;
             }
+    }
+    static constexpr double largest_radius = 0.25;
+    /// Inside an ellipsoid clocks and latches are those of the cycle, to 1e-4 of what they move.
+    static void pin_clocks(Attractor& a, double radius) {
+        for (Matrix& S : a.norms)
+            for (const int i : a.cycle.part.discrete)
+                S(i, i) = (radius / 1e-4) * (radius / 1e-4);
     }
     bool draws_together(const Attractor& a, double radius, double rate) {
         for (const double shell : {1.0, 0.05, 0.8, 0.6, 0.4, 0.2}) // those that tell most first
@@ -282,17 +297,20 @@ private:
         return nearest;
     }
     bool shell_shrinks(const Attractor& a, double size, double rate) {
-        const int dim = picture_.system.dim(), period = a.cycle.period(),
-                  directions = std::max(96 / period, 8);
+        const std::vector<int>& rest = a.cycle.part.rest;
+        const int period = a.cycle.period(), directions = std::max(96 / period, 8);
+        if (rest.empty())
+            return true;
         std::mt19937_64 random(settings_.seed);
         States points;
         for (std::size_t k = 0; k < a.norms.size(); ++k)
             for (int d = 0; d < directions; ++d) {
-                const Vector v = direction(d, directions, dim, random);
+                Vector v = Vector::Zero(picture_.unit.size());
+                v(rest) = direction(d, directions, int(rest.size()), random);
                 points.push_back(a.cycle.points[k] +
                                  Vector(size / size_at(a, k, v) * v.cwiseProduct(picture_.unit)));
             }
-        Followed run(picture_, points, period, 1);
+        Followed run(picture_, points, PointsAre::flashed, period, 1);
         // on the way round a long cycle errors grow: they must not hide the contraction
         picture_.run(points.size(), run, tightened(settings_.run), sets_.state);
         for (std::size_t n = 0; n < points.size(); ++n) {

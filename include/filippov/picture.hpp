@@ -4,6 +4,7 @@
 
 #include <filippov/any_lanes.hpp>
 #include <filippov/cells.hpp>
+#include <filippov/discrete.hpp>
 #include <filippov/exit_basins.hpp>
 #include <filippov/maps.hpp>
 #include <filippov/system_interface.hpp>
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,7 +30,9 @@ enum class UseQuotient : unsigned char {
 /// What a picture of basins is told.
 struct BasinSettings {
     EnsembleSettings run{};
-    double t0 = 0;       ///< when the strobe flashes, and trajectories start
+    /// When trajectories start, and the strobe flashes. Where the state jumps whenever it flashes
+    /// it does so a little later: a millionth of a period, if nothing jumps then.
+    double t0 = 0;
     Vector rest{};       ///< of the state, for coordinates that are not on the grid; empty: zeros
     int seeds = 256;     ///< cells, drawn at random, that are followed to find attractors, > 0
     int settle = 200;    ///< forcing periods before a cycle is looked for, > 0
@@ -74,10 +78,12 @@ public:
           unit(Vector::Ones(system.dim())) {
         validate();
         T = require_period(system, p).value;
-        if (unit.size() > 2)
+        constant = constant_components(system, settings.t0, samples(), p);
+        if (unit.size() > 2 || has_jumps(system))
             measure();
         for (int k = 0; k < 2; ++k)
             unit[grid.axis(k).coordinate] = grid.axis(k).high - grid.axis(k).low;
+        refuse_clocks();
     }
 
     /// The state of a point of the picture.
@@ -90,6 +96,15 @@ public:
     void put(const std::array<double, 2>& point, std::span<double> x) const {
         for (int k = 0; k < 2; ++k)
             x[std::size_t(grid.axis(k).coordinate)] = point[std::size_t(k)];
+    }
+    /// When the strobe flashes first.
+    double first_flash() const { return settings.t0 + shift; }
+    /// Where a start is then; none if the run there fails.
+    std::optional<Vector> at_first_flash(const Vector& x) const {
+        if (shift == 0)
+            return x;
+        const History h = system.run(settings.t0, x, first_flash(), p);
+        return h.status == Status::ok ? std::optional(h.x) : std::nullopt;
     }
     std::int32_t cell_of(std::span<const double> x) const {
         return grid.cell_of(x[std::size_t(grid.axis(0).coordinate)],
@@ -135,22 +150,37 @@ public:
     /// the range of their values at the flashes of some runs.
     Vector unit;
     double T = 0; ///< the period of the forcing
+    std::vector<int>
+        constant;     ///< components of constant rate: clocks and latches may be among them
+    double shift = 0; ///< of the flashes, to times at which nothing jumps
 
 private:
-    /// The median of the ranges over ten periods, from sixteen points of the picture.
-    void measure() {
-        std::vector<Vector> ranges, sizes;
+    /// Sixteen points of the picture.
+    std::vector<Vector> samples() const {
+        std::vector<Vector> points;
         for (int k = 0; k < 16; ++k) {
             const auto at = [&](int axis, int i) {
                 const CellAxis& a = grid.axis(axis);
                 return a.low + (a.high - a.low) * (i + 0.5) / 4;
             };
-            Vector x = state({at(0, k / 4), at(1, k % 4)}), low = x, high = x;
+            points.push_back(state({at(0, k / 4), at(1, k % 4)}));
+        }
+        return points;
+    }
+    /// The median of the ranges over ten periods, from sixteen points of the picture.
+    void measure() {
+        std::vector<Vector> ranges, sizes;
+        std::vector<double> phases; // of jumps, but for those of the first period
+        for (const Vector& start : samples()) {
+            Vector x = start, low = x, high = x;
             Status status = Status::ok;
             for (int n = 0; n < 10 && status == Status::ok && !cancelled(); ++n) {
                 const History turn = system.run(settings.t0, x, settings.t0 + T, p);
                 status = turn.status;
                 x = turn.x;
+                for (const Happening& e : turn.events)
+                    if (e.kind == EventKind::jump && (n > 0 || e.t > settings.t0 + T / 2))
+                        phases.push_back((e.t - settings.t0) / T);
                 low = low.cwiseMin(x);
                 high = high.cwiseMax(x);
             }
@@ -169,6 +199,80 @@ private:
             const double length = range > 1e-3 * size ? range : size;
             unit[i] = length > 0 && std::isfinite(length) ? length : 1;
         }
+        measure_clocks(sizes);
+        move_flashes(phases);
+    }
+    /// At the flashes a clock always shows the same: its unit is what it moves between them.
+    void measure_clocks(const std::vector<Vector>& sizes) {
+        const Vector rate = system.field(region(), settings.t0, settings.rest, p);
+        for (const int i : constant) {
+            double length = std::abs(rate[i]) * T;
+            for (const Vector& size : sizes)
+                length = std::max(length, size[i]);
+            unit[i] = length > 0 && std::isfinite(length) ? length : 1;
+        }
+    }
+    /// The mode of the region where all h are positive.
+    int region() const {
+        int mode = 0;
+        for (int j = 0; j < system.surfaces(); ++j)
+            mode = 3 * mode + 1;
+        return mode;
+    }
+    /// Of a state that jumps when the strobe flashes it would depend on rounding whether it is that
+    /// before or after: the flashes come a little later.
+    /// @param phases  of jumps, in periods
+    void move_flashes(const std::vector<double>& phases) {
+        const auto apart = [&](double phase) { // of the jumps
+            double least = 1;
+            for (const double each : phases) {
+                const double d = each - phase - std::floor(each - phase);
+                least = std::min({least, d, 1 - d});
+            }
+            return least;
+        };
+        if (apart(0) > 1e-9)
+            return;
+        for (double later = 1e-6; later < 0.2; later *= 3)
+            if (apart(later) > later / 2) {
+                shift = later * T;
+                return;
+            }
+        refuse("t0", settings.t0,
+               "expected a time at which the state does not jump, nor a period later");
+    }
+    /// A coordinate of the picture that is a clock has attractors of its own for each value.
+    void refuse_clocks() const {
+        for (int axis = 0; axis < 2; ++axis) {
+            const int i = grid.axis(axis).coordinate;
+            if (std::find(constant.begin(), constant.end(), i) != constant.end() && is_clock(i))
+                refuse("grid.axis(" + std::to_string(axis) + ").coordinate", i,
+                       "expected no clock: its rate is constant, and jumps shift it by constants, "
+                       "so that every value has attractors of its own. Set it by rest");
+        }
+    }
+    /// True if component i runs, some maps set it back, and all leave it what it is but for a
+    /// constant.
+    bool is_clock(int i) const {
+        int maps = 0;
+        constexpr int periods = 3;
+        const double run = system.field(region(), settings.t0, settings.rest, p)[i] * periods * T;
+        const Eigen::Index d = unit.size();
+        for (const Vector& start : samples()) {
+            const auto x = at_first_flash(start);
+            if (!x || cancelled())
+                continue;
+            const Mapped m = strobe(system, first_flash(), *x, p, periods);
+            if (!m.ok() || m.singular)
+                continue;
+            const DiscretePart part = discrete_part(m.slope.topLeftCorner(d, d), constant);
+            const auto at = std::find(part.discrete.begin(), part.discrete.end(), i);
+            if (at == part.discrete.end() ||
+                !part.neutral()[std::size_t(at - part.discrete.begin())])
+                return false;
+            maps += std::abs(m.x[i] - (*x)[i] - run) > 0.5 * std::abs(run);
+        }
+        return maps > 0;
     }
     void validate() {
         const int dim = system.dim();
@@ -215,14 +319,29 @@ public:
     double leg(std::size_t) override { return picture_.T; }
 
 protected:
-    /// From the flash `first` on.
+    /// From the flash `first` on: at 0, from the time at which the picture starts.
     void start(MemberView& m, std::span<const double> x, int periods, int first = 0) const {
-        std::copy(x.begin(), x.end(), m.x.begin());
-        std::copy(picture_.p.begin(), picture_.p.end(), m.p.begin());
-        m.t0 = picture_.settings.t0 + first * picture_.T;
-        m.t_end = picture_.settings.t0 + (first + periods) * picture_.T;
+        begin(m, x, first > 0 ? picture_.first_flash() : picture_.settings.t0, first, periods);
+    }
+    /// From the first flash on.
+    void start_flashed(MemberView& m, std::span<const double> x, int periods) const {
+        begin(m, x, picture_.first_flash(), 0, periods);
     }
     const StrobePicture& picture_;
+
+private:
+    void begin(MemberView& m, std::span<const double> x, double t0, int first, int periods) const {
+        std::copy(x.begin(), x.end(), m.x.begin());
+        std::copy(picture_.p.begin(), picture_.p.end(), m.p.begin());
+        m.t0 = t0 + first * picture_.T;
+        m.t_end = picture_.first_flash() + (first + periods) * picture_.T;
+    }
+};
+
+/// What the points of runs are.
+enum class PointsAre : unsigned char {
+    starts,  ///< of the picture
+    flashed, ///< states when the strobe flashes
 };
 
 /// Follows points for a number of periods and keeps the states at the last flashes.
@@ -231,11 +350,17 @@ public:
     std::vector<std::vector<Vector>> states; ///< of each point
     std::vector<Status> status;
 
-    Followed(const StrobePicture& picture, const std::vector<Vector>& points, int before, int kept)
+    Followed(const StrobePicture& picture, const std::vector<Vector>& points, PointsAre are,
+             int before, int kept)
         : Flashes(picture), states(points.size()), status(points.size(), Status::interrupted),
-          points_(points), before_(before), kept_(std::size_t(kept)) {}
+          points_(points), are_(are), before_(before), kept_(std::size_t(kept)) {}
 
-    void member(std::size_t id, MemberView& m) override { start(m, view(points_[id]), before_); }
+    void member(std::size_t id, MemberView& m) override {
+        if (are_ == PointsAre::flashed)
+            start_flashed(m, view(points_[id]), before_);
+        else
+            start(m, view(points_[id]), before_);
+    }
     bool goes_on(std::size_t id, const OutcomeView& o) override {
         states[id].push_back(Eigen::Map<const Vector>(o.x.data(), Eigen::Index(o.x.size())));
         return states[id].size() < kept_;
@@ -244,6 +369,7 @@ public:
 
 private:
     const std::vector<Vector>& points_;
+    const PointsAre are_;
     const int before_;
     const std::size_t kept_;
 };

@@ -111,7 +111,7 @@ private:
     }
     /// Images of points after so many turns.
     bool map(std::vector<Vector>& points, int turns) {
-        Followed run(picture_, points, turns * set_.turn, 1);
+        Followed run(picture_, points, PointsAre::flashed, turns * set_.turn, 1);
         Status status = Status::ok;
         picture_.run(points.size(), run, picture_.settings.run, status);
         if (status != Status::ok)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,7 @@ from ._progress import Progress, ended, shown
 from ._refine import RefinedBasins, refine
 from ._settings import Settings
 from ._sound import STATUSES, codes, complete, finite, known, require, shaped
+from ._status import Status
 from ._store import Stored
 from ._system import Params, System
 from ._tiles import Arrays, Show, Stage, open_store, run_stage
@@ -63,6 +65,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["Attractor", "Basins", "GroupCheck", "Saddle", "basins"]
+
+#: Share of cells that may be wrong, as `audit_agrees` has it in C++: what an audit of 500 cells
+#: without disagreement leaves open, with 95% confidence.
+AUDIT_BOUND = 0.006
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,9 +94,8 @@ class Attractor:
 
     periodic: bool  #: a cycle of the strobe map, exact; else `points` are some of its points
     points: Floats  #: states when the strobe flashes, shape (dim, period)
-    multipliers: NDArray[
-        np.complex128
-    ]  #: of the whole cycle, largest first; empty if there is none
+    #: of the whole cycle, largest first, 1 exactly for a clock; empty if there is none
+    multipliers: NDArray[np.complex128]
     residual: float  #: by how much the cycle misses itself, in units of the picture
     #: of the ellipsoids around its points that the map was seen to draw together, in the norm of
     #: the linear map and units of the picture
@@ -167,7 +172,7 @@ class Basins(Stored):
     system: System
     params: Params
     rest: Floats  #: state, of which two components are those of the grid
-    t0: float
+    t0: float  #: of the starts, and of the first flash, but for what `basins` says of jumps
     period: float  #: of the forcing
     distance: float  #: below which a trajectory had landed, 0: within the ellipsoid
     search: Mapping[str, Any]  #: how attractors were looked for: arguments of `basins`
@@ -199,6 +204,17 @@ class Basins(Stored):
         require(self.escape is None or len(self.escape) == sys.dim, f"escape is {self.escape}")
         require(0 < self.period < np.inf, f"period is {self.period}")
         search_of(**self.search)
+
+    @property
+    def state(self) -> Status:
+        """Of the whole picture: `not_converged` if the audit disagrees with more than 0.6%."""
+        wrong = self.disagreements > AUDIT_BOUND * self.audited
+        return Status("not_converged" if wrong else "ok")
+
+    @property
+    def success(self) -> bool:
+        """Whether the audit bears the labels out."""
+        return self.state == Status.ok
 
     @property
     def unresolved(self) -> NDArray[np.int64]:
@@ -454,7 +470,8 @@ def basins(
     rest : mapping, optional
         Values of the other components of the state; 0 where nothing is said.
     t0 : float
-        Time of the start, at which the strobe flashes.
+        Time of the start, at which the strobe flashes. If the state jumps whenever it flashes, as
+        by a clock, the flashes come a millionth of a period later.
     distance : float
         A trajectory has landed when it is nearer than this to the attractor, in units of the
         picture; 0: when it has entered its ellipsoid, which costs least.
@@ -495,7 +512,8 @@ def basins(
     Warns
     -----
     UserWarning
-        If a line of the grid lies on a surface.
+        If a line of the grid lies on a surface, and if the audit disagrees with more cells than it
+        may: then `state` is `not_converged`.
 
     Notes
     -----
@@ -586,6 +604,12 @@ def basins(
         stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
     )
     ended(checked["raised"], basins=result)
+    if not result.success:
+        warnings.warn(
+            f"{result.disagreements} of {result.audited} audited cells do not come to the "
+            "attractor of their label: do not trust the picture, nor its attractors",
+            stacklevel=2,
+        )
     return result
 
 

@@ -172,3 +172,58 @@ def test_h36_an_attractor_and_a_saddle_that_stick_have_zeros_exactly():
         assert cycle.multipliers[1] == 0
         orbit = fp.periodic_orbit(block, cycle.points[:, 0])
         assert orbit.multipliers == pytest.approx(cycle.multipliers, rel=1e-6, abs=0)
+
+
+@fp.system(
+    state="v i q tau",
+    params={"Iref": 1.6},
+    jumps={
+        "clock": ("0.1 - tau", lambda t, s, p: (s.v, s.i, 1, 0)),
+        "peak": ("Iref - i + 100*(1 - q)", lambda t, s, p: (s.v, s.i, 0, s.tau)),
+    },
+    period=0.1,
+)
+def boost(t, s, p):
+    off = 1 - s.q
+    return (off * s.i - s.v / 20) / 0.012, 10 - off * s.v, 0, 1
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.05])
+def test_a_clocked_converter_has_one_attractor(tau):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = fp.basins(
+            boost, {"v": (5, 25, 12), "i": (0.2, 1.5, 12)}, rest={"q": 1, "tau": tau}, audit=100
+        )
+    assert found.state == "ok"
+    assert found.success
+    assert found.disagreements == 0
+    (attractor,) = found.attractors
+    assert attractor.period == 1
+    assert attractor.multipliers[0] == 1
+    assert attractor.multipliers[1].real == pytest.approx(-np.exp(-0.0697755), rel=1e-5)
+    assert (found.label == 1).all()
+    assert (found.at([[10, 20], [0.5, 1]])[0] == 1).all()
+
+
+def test_a_clock_is_no_axis():
+    with pytest.raises(ValueError, match=r"expected no clock.*Set it by rest"):
+        fp.basins(boost, {"v": (5, 25, 4), "tau": (0, 0.09, 4)}, rest={"q": 1})
+
+
+def test_an_audit_that_disagrees_is_not_ok(seed, monkeypatch):
+    assert seed.state == "ok"
+    assert dataclasses.replace(seed, disagreements=3).success
+    doubtful = dataclasses.replace(seed, disagreements=4)
+    assert doubtful.state == "not_converged"
+    assert not doubtful.success
+    from filippov._basin_work import BasinWork
+
+    complete = BasinWork.complete
+    monkeypatch.setattr(
+        BasinWork,
+        "complete",
+        lambda *args: complete(*args) | {"audited": 500, "disagreements": 430},
+    )
+    with pytest.warns(UserWarning, match="430 of 500 audited cells"):
+        assert fp.basins(OSCILLATOR, picture(8), params=SEED).state == "not_converged"
