@@ -2,7 +2,9 @@
 // The families of the campaign.
 #pragma once
 
+#include "belts.hpp"
 #include "relays.hpp"
+#include "two_folds.hpp"
 
 #include <functional>
 #include <vector>
@@ -17,8 +19,11 @@ struct Family {
 
 inline const std::vector<Family>& families() {
     static const std::vector<Family> all{
+        {"belts", 8, draw_belt},
         {"slides", 8, [](std::uint64_t n) { return RelayDrawn(n, false).problem(); }},
         {"swings", 8, [](std::uint64_t n) { return RelayDrawn(n, true).problem(); }},
+        {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},
+        {"two-folds", 8, draw_two_fold},
     };
     return all;
 }

@@ -89,6 +89,7 @@ private:
             }
             for (std::size_t i = 0; i < most; ++i)
                 b.state = std::max(b.state, std::abs(pushed.z[i] - exact.z[i]));
+            b.state = std::max(b.state, std::abs(pushed.t - exact.t));
             for (std::size_t i = 0; i < exact.changes.size(); ++i)
                 b.times[i] =
                     std::max(b.times[i], std::abs(pushed.changes[i].t - exact.changes[i].t));

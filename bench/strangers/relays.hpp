@@ -4,6 +4,7 @@
 #pragma once
 
 #include "one_surface.hpp"
+#include "several.hpp"
 
 namespace filippov::strangers {
 
@@ -73,18 +74,66 @@ public:
 
     std::unique_ptr<RelayProblem> problem() {
         auto q = std::make_unique<RelayProblem>();
+        time_and_units(*q, dice_.chance(0.25));
+        q->coupled = false;
+        RelayLaw& law = q->law.relay_law;
+        Relay& relay = law.relay;
+        relay = this->relay();
+        relay.c0 = dice_.chance(0.4) ? 0 : dice_.uniform(-1, 1);
+        relay.c1 = dice_.chance(swings_ ? 0.2 : 0.7) ? 0 : dice_.uniform(-1, 1);
+        law.c2 = dice_.chance(0.5) ? 0 : dice_.uniform(-1, 1);
+        q->pace = std::min(relay.pace(), 1.0);
+        section(*q);
+        start(*q);
+        declare_period(*q);
+        return q;
+    }
+
+    /// Two relays side by side.
+    std::unique_ptr<SeveralProblem> two_problem() {
+        auto q = std::make_unique<SeveralProblem>();
+        time_and_units(*q, true);
+        q->coupled = true;
+        const Long t = Long(q->t0) * Long(q->disguise.speed);
+        Natural z{0, 0, dice_.uniform(-1, 1), 0};
+        for (std::size_t j = 0; j < 2; ++j) {
+            swings_ = dice_.chance(0.5);
+            const Relay relay = q->law.relays[j] = this->relay();
+            q->law.factor[j] = dice_.uniform(0, 1);
+            q->pace = std::min({q->pace, relay.pace(), 1.0});
+            q->begins_on[j] = begins_on(relay, t);
+            z[j] = relay.g.exact(t, 0);
+            if (!q->begins_on[j])
+                z[j] += Long(dice_.sign() * dice_.uniform(0.05, 1));
+        }
+        q->law.c2 = dice_.chance(0.5) ? 0 : dice_.uniform(-1, 1);
+        q->x0 = q->disguise.seen(z);
+        declare_period(*q);
+        return q;
+    }
+
+private:
+    void time_and_units(Problem& q, bool curved) {
         fast_ = dice_.logarithmic(0.5, 1000);
         span_ = std::min(dice_.uniform(2, 12), (dice_.chance(0.05) ? 1000 : 150) / fast_);
         periodic_ = dice_.chance(0.4);
         t0_ = dice_.chance(0.5) ? 0 : dice_.uniform(0, 100);
-        q->disguise.n = 3;
-        q->disguise.draw(dice_, 5 + span_, dice_.chance(0.25));
-        q->t0 = t0_ / q->disguise.speed;
-        q->t_end = (t0_ + span_) / q->disguise.speed;
-        q->coupled = false;
-        q->back = true;
-        RelayLaw& law = q->law.relay_law;
-        Relay& relay = law.relay;
+        q.disguise.n = 3;
+        q.disguise.draw(dice_, 5 + span_, curved);
+        q.t0 = t0_ / q.disguise.speed;
+        q.t_end = (t0_ + span_) / q.disguise.speed;
+        q.back = true;
+    }
+    void declare_period(Problem& q) {
+        if (periodic_ && dice_.chance(0.6))
+            q.disguise.period = 12 * std::acos(-1.0) / fast_ / q.disguise.speed;
+    }
+    bool begins_on(const Relay& relay, Long t) {
+        const Long s = (relay.a.exact(t, 0) - relay.g.exact(t, 1)) / Long(relay.b);
+        return relay.b > 0 && std::abs(s) < 0.98L && dice_.chance(0.7);
+    }
+    Relay relay() {
+        Relay relay;
         relay.b = dice_.uniform(0.5, 2);
         if (swings_) {
             relay.a = Wave(dice_.uniform(-0.6, 0.6));
@@ -105,18 +154,8 @@ public:
             relay.g = Wave(dice_.uniform(-1, 1));
             relay.g.add({Term::power, c, 1, t0_});
         }
-        relay.c0 = dice_.chance(0.4) ? 0 : dice_.uniform(-1, 1);
-        relay.c1 = dice_.chance(swings_ ? 0.2 : 0.7) ? 0 : dice_.uniform(-1, 1);
-        law.c2 = dice_.chance(0.5) ? 0 : dice_.uniform(-1, 1);
-        q->pace = std::min(relay.pace(), 1.0);
-        section(*q);
-        start(*q);
-        if (periodic_ && dice_.chance(0.6))
-            q->disguise.period = 12 * std::acos(-1.0) / fast_ / q->disguise.speed;
-        return q;
+        return relay;
     }
-
-private:
     /// By what the forcing is to be multiplied, so that the largest |s| is beyond 1 by something
     /// between 1e-5 and 1/2, or short of it, or anything.
     double beyond(const Relay& relay) {
@@ -144,8 +183,7 @@ private:
     void start(RelayProblem& q) {
         const Relay& relay = q.law.relay_law.relay;
         const Long t = Long(q.t0) * Long(q.disguise.speed);
-        const Long s = (relay.a.exact(t, 0) - relay.g.exact(t, 1)) / Long(relay.b);
-        q.on_surface = relay.b > 0 && std::abs(s) < 0.98L && dice_.chance(0.7);
+        q.on_surface = begins_on(relay, t);
         Natural z{relay.g.exact(t, 0), dice_.uniform(-1, 1), dice_.uniform(-1, 1), 0};
         if (!q.on_surface)
             z[0] += Long(dice_.sign() * dice_.uniform(0.05, 1));
