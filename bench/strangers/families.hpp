@@ -3,6 +3,8 @@
 #pragma once
 
 #include "belts.hpp"
+#include "contacts.hpp"
+#include "converters.hpp"
 #include "relays.hpp"
 #include "two_folds.hpp"
 
@@ -22,6 +24,8 @@ inline const std::vector<Family>& families() {
         {"belts", 8, draw_belt},
         {"slides", 8, [](std::uint64_t n) { return RelayDrawn(n, false).problem(); }},
         {"swings", 8, [](std::uint64_t n) { return RelayDrawn(n, true).problem(); }},
+        {"contacts", 8, draw_contact},
+        {"converters", 8, draw_converter},
         {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},
         {"two-folds", 8, draw_two_fold},
     };

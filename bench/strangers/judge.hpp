@@ -199,7 +199,8 @@ private:
     std::vector<Told::Seen> story_of(const Told& told, double t0, double t_end) const {
         std::vector<Told::Seen> changes;
         for (const Told::Seen& each : told.changes)
-            if (std::abs(each.t - t0) > 1e-9 * std::abs(t_end - t0) &&
+            if ((each.mode != 2 || problem_.counts_jumps) &&
+                std::abs(each.t - t0) > 1e-9 * std::abs(t_end - t0) &&
                 std::abs(each.t - t_end) > 1e-9 * std::abs(t_end - t0))
                 changes.push_back(each);
         return changes;
