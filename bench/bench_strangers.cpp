@@ -5,6 +5,7 @@
 #include "measure.hpp"
 #include "strangers/families.hpp"
 #include "strangers/judge.hpp"
+#include "strangers/misses.hpp"
 
 #include <filippov/parallel.hpp>
 
@@ -102,12 +103,57 @@ Cell print(Report& report, nlohmann::json& results) {
     return all;
 }
 
+/// The share of short visits beyond zero that each method misses, as a table in Markdown.
+void misses(int n, int threads, nlohmann::json& results) {
+    constexpr double parts[] = {0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4, 1e-5};
+    constexpr const char* ways[] = {"dopri5", "dop853", "rodas5p", "lanes"};
+    std::printf("| what is watched | by |");
+    for (const double q : parts)
+        std::printf(" %g |", q);
+    std::printf("\n|---|---|");
+    for ([[maybe_unused]] const double q : parts)
+        std::printf("---|");
+    std::printf("\n");
+    for (const Shape& shape : shapes)
+        for (std::size_t way = 0; way < std::size(ways); ++way) {
+            std::printf("| %s | %s |", shape.name, ways[way]);
+            for (const double q : parts) {
+                std::mutex guard;
+                int missed = 0;
+                Parallel how;
+                how.threads = threads;
+                parallel_for(std::size_t(n), how, [&](std::size_t i, Worker&) {
+                    const auto problem = draw_visit(shape, q, i);
+                    const Exactly exact = problem->follow(problem->disguise.exact(problem->x0), 0,
+                                                          problem->t_end, {});
+                    const Told told = problem->ask(
+                        {way == 3 ? Method::dop853 : Method(way), way == 3, 1e-6, problem->x0, 0,
+                         problem->t_end});
+                    const bool is = !exact.changes.empty() && is_missed(*problem, exact, told);
+                    const std::lock_guard lock(guard);
+                    missed += is;
+                });
+                if (missed == 0)
+                    std::printf(" 0 |");
+                else
+                    std::printf(" %.3g %% |", 100.0 * missed / n);
+                std::fflush(stdout);
+                results["misses"].push_back({{"watched", shape.name},
+                                             {"by", ways[way]},
+                                             {"part", q},
+                                             {"missed", missed},
+                                             {"of", n}});
+            }
+            std::printf("\n");
+        }
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
     long long runs = 20'000, problems = 0;
     std::uint64_t first = 0;
-    int threads = 0;
+    int threads = 0, visits = 0;
     std::size_t most_shown = 60;
     std::string which, only;
     const auto options = bench::parse(
@@ -119,6 +165,9 @@ int main(int argc, char** argv) {
             app.add_option("--first", first, "number of the first problem");
             app.add_option("--family", only, "one family only, by its name");
             app.add_option("--threads", threads, "threads; 0: as many as there are");
+            app.add_option("--misses", visits,
+                           "a table instead: how often short visits beyond zero are missed, from "
+                           "so many problems a number");
             app.add_option("--show", most_shown, "how many failures are listed");
             app.add_option("--case", which, "one problem in detail, as reports name it: slides:17");
         });
@@ -138,6 +187,12 @@ int main(int argc, char** argv) {
             n_wrong += cell.count[stability::wrong];
         return n_wrong == 0 ? 0 : 1;
     }
+    nlohmann::json results;
+    if (visits > 0) {
+        misses(visits, threads, results);
+        bench::write_json(options, results);
+        return 0;
+    }
     if (options.quick)
         runs = 600;
     const double start = bench::wall_ms();
@@ -154,7 +209,6 @@ int main(int argc, char** argv) {
         std::printf("no family is called %s\n", only.c_str());
         return 1;
     }
-    nlohmann::json results;
     const Cell all = print(report, results);
     std::printf("%.0f s\n", (bench::wall_ms() - start) / 1e3);
     for (std::size_t i = 0; i < std::min(report.failures.size(), most_shown); ++i)

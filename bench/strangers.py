@@ -219,6 +219,20 @@ def first_root(f: Function, start: float, end: float, step: float) -> float:
     return math.inf
 
 
+def all_roots(f: Function, start: float, end: float, step: float) -> list[float]:
+    """Both ways."""
+    roots: list[float] = []
+    sign = 1 if f(start) > 0 else -1
+    while start < end:
+        root = first_root(lambda t, sign=sign: sign * f(t), start, end, step)
+        if not root <= end:
+            break
+        if root > start:
+            roots.append(root)
+        start, sign = max(root, math.nextafter(start, end)), -sign
+    return roots
+
+
 # --- what happens exactly ------------------------------------------------------------------------
 
 
@@ -230,19 +244,22 @@ class Exactly:
     t: float
     changes: list[tuple[float, int, int]] = field(default_factory=list)
     largest: float = 0.0
+    met: list[float] = field(default_factory=list)  #: roots of the user's event
     fate: str = "ok"  #: "undecided": it depends on rounding; "stops": in a two-fold
 
     def same_story(self, other: Exactly) -> bool:
-        return self.fate == other.fate and [c[1:] for c in self.changes] == [
-            c[1:] for c in other.changes
-        ]
+        return (
+            self.fate == other.fate
+            and len(self.met) == len(other.met)
+            and [c[1:] for c in self.changes] == [c[1:] for c in other.changes]
+        )
 
 
 @dataclass
 class Problem:
     """A system as text, in units of its own, and its oracle."""
 
-    source: str  #: of a system `f`
+    source: str  #: of a system `f`, and maybe of a user's event `g`
     x0: Floats  #: engine's units
     t0: float
     t_end: float
@@ -433,6 +450,25 @@ def relay_family(number: int, swings: bool) -> Problem:
     if not on:
         z0[0] += d.sign() * d.uniform(0.05, 1)
     pace = r.pace()
+    # a user's event: of the time, and of what only looks on
+    quiet = [k for k in range(more) if not shift[k]]
+    event = d.wave(1, d.one_of(f.fast, d.log(0.5, f.fast + 1)), False, f.t0, f.span)
+    event.terms.append(Term("power", d.uniform(-1.2, 1.2)))
+    slope = d.uniform(-1, 1) if quiet and d.chance(0.5) else 0.0
+    watched = d.chance(0.5)
+    if watched:
+        k = quiet[0] + 1 if quiet else 0
+        seen = f" + {slope!r}*s[{k}]/{size[k]!r}" if slope else ""
+        source += f"\ng = lambda t, s, p: {event.text(T)}{seen}"
+
+    def looks_on(start: Floats, t: float, end: float, nudge: float) -> list[float]:
+        def value(at: Any) -> Any:
+            if not slope:
+                return event(at)
+            k = quiet[0]
+            return event(at) + slope * (start[k + 1] + drift[k] * (at - t) + nudge)
+
+        return all_roots(value, t, end, min(event.pace(), 1.0, (end - t) / 16))
 
     def follow(start: Floats, t: float, end: float, nudge: Floats) -> Exactly:
         last, changes, largest, known = r.follow(
@@ -441,6 +477,8 @@ def relay_family(number: int, swings: bool) -> Problem:
         e = Exactly(np.array(start), end, [(at, 0, m) for at, m in changes], largest)
         e.z[0] = last
         e.fate = "ok" if known else "undecided"
+        if watched:
+            e.met = looks_on(start, t, end, float(nudge[0]) * (1 + (end - t) / pace))
         if known and more:
             turn = blend_integral(r, on, t, end, start[0], changes, float(nudge[0]) / pace)
             for k in range(more):
@@ -914,6 +952,7 @@ class Told:
     t: float
     x: Floats
     changes: list[tuple[float, int, int]] | None = None
+    met: list[float] = field(default_factory=list)
     message: str = ""
 
 
@@ -936,7 +975,7 @@ def changes_of(run: Any, problem: Problem) -> list[tuple[float, int, int]]:
     return told
 
 
-def runs_of(f: Any, problem: Problem, tolerance: float, dice: Dice) -> Iterator[tuple[str, Told]]:
+def runs_of(f: Any, g: Any, problem: Problem, tolerance: float, dice: Dice) -> Iterator[tuple[str, Told]]:
     """The problem in all ways there are."""
     span = (problem.t0, problem.t_end)
     atol = tolerance * problem.size
@@ -945,11 +984,11 @@ def runs_of(f: Any, problem: Problem, tolerance: float, dice: Dice) -> Iterator[
             continue
         run = fp.simulate(
             f, problem.x0, span, method=method, rtol=tolerance, atol=atol,
-            dense_output=dice.chance(0.5), max_steps=2_000_000,
+            dense_output=dice.chance(0.5), max_steps=2_000_000, events=g,
         )  # fmt: skip
-        yield method, Told(
-            run.status, float(run.t[-1]), run.y[:, -1], changes_of(run, problem), run.message
-        )
+        met = [] if g is None else [float(t) for t in run.t_events[0]]
+        end = (run.status, float(run.t[-1]), run.y[:, -1])
+        yield method, Told(*end, changes_of(run, problem), met, run.message)
     # among others: starts beside it, and itself twice
     n = dice.one_of(2, 3, 9, 17)
     x0 = np.repeat(problem.x0[:, None], n, axis=1)
@@ -990,12 +1029,16 @@ class Bounds:
     in_doubt: bool
     state: float
     times: list[float]
+    met: list[float]
 
 
 def bounds_of(problem: Problem, exact: Exactly, z0: Floats, tolerance: float) -> Bounds:
     """What errors of a twentieth of the tolerance in every step cause."""
     error = tolerance * (1 + exact.largest)
-    b = Bounds(exact.fate == "undecided", error, [tolerance * problem.pace for _ in exact.changes])
+    least = tolerance * problem.pace
+    b = Bounds(
+        exact.fate == "undecided", error, [least] * len(exact.changes), [least] * len(exact.met)
+    )
     for signs in ([1, 1, 1, 1], [-1, -1, -1, -1], [1, -1, 1, -1], [-1, 1, -1, 1]):
         nudge = np.resize(np.array(signs, dtype=float), max(4, len(z0))) * error / 20
         pushed = problem.follow(
@@ -1008,6 +1051,10 @@ def bounds_of(problem: Problem, exact: Exactly, z0: Floats, tolerance: float) ->
         b.times = [
             max(old, abs(one[0] - other[0]))
             for old, one, other in zip(b.times, pushed.changes, exact.changes, strict=True)
+        ]
+        b.met = [
+            max(old, abs(one - other))
+            for old, one, other in zip(b.met, pushed.met, exact.met, strict=True)
         ]
     return b
 
@@ -1054,6 +1101,18 @@ def complaint(problem: Problem, exact: Exactly, b: Bounds, told: Told) -> str:
             got = f"{mine[0] * problem.speed:.12g} {mine[1:]}" if mine else "none"
             want = f"{right[0]:.12g} {right[1:]}" if right else "none"
             return f"{'missed' if late else 'invented'} a change ({got} in place of {want})"
+        for i in range(max(len(told.met), len(exact.met))):
+            both = i < len(told.met) and i < len(exact.met)
+            if both and abs(told.met[i] * problem.speed - exact.met[i]) <= (
+                MULTIPLE * b.met[i] + 1e-12 * abs(exact.met[i])
+            ):
+                continue
+            at = f"{told.met[i] * problem.speed:.12g}" if i < len(told.met) else "none"
+            right_at = f"{exact.met[i]:.12g}" if i < len(exact.met) else "none"
+            return (
+                f"event met {len(told.met)} times in place of {len(exact.met)}, number {i} at {at} "
+                f"in place of {right_at}"
+            )
     if not off <= MULTIPLE * b.state:
         return f"another end, off by {off / b.state:.2g}"
     return ""
@@ -1080,6 +1139,7 @@ def try_problem(family: str, number: int, talk: bool = False) -> Report:
     if talk:
         print(problem.source, start, sep="\n")
         print(f"exactly {exact.fate} at {exact.t:.12g}: {exact.z}")
+        print(f"  event met {len(exact.met)} times")
         for change in exact.changes[:20]:
             print("  {:.12g}: surface {}, mode {}".format(*change))
     space: dict[str, Any] = {"np": np, "fp": fp}
@@ -1097,7 +1157,7 @@ def try_problem(family: str, number: int, talk: bool = False) -> Report:
             report.left_out += 1
             continue
         try:
-            for method, told in runs_of(space["f"], problem, tolerance, dice):
+            for method, told in runs_of(space["f"], space.get("g"), problem, tolerance, dice):
                 why = complaint(problem, exact, b, told)
                 finite = bool(np.all(np.isfinite(told.x)))
                 if not finite or told.status not in ("ok", "ambiguous"):
