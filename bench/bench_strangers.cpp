@@ -126,9 +126,9 @@ void misses(int n, int threads, nlohmann::json& results) {
                     const auto problem = draw_visit(shape, q, i);
                     const Exactly exact = problem->follow(problem->disguise.exact(problem->x0), 0,
                                                           problem->t_end, {});
-                    const Told told = problem->ask(
-                        {way == 3 ? Method::dop853 : Method(way), way == 3, 1e-6, problem->x0, 0,
-                         problem->t_end});
+                    const Told told =
+                        problem->ask({way == 3 ? Method::dop853 : Method(way), way == 3, 1e-6,
+                                      problem->x0, 0, problem->t_end});
                     const bool is = !exact.changes.empty() && is_missed(*problem, exact, told);
                     const std::lock_guard lock(guard);
                     missed += is;
@@ -157,8 +157,7 @@ int main(int argc, char** argv) {
     std::size_t most_shown = 60;
     std::string which, only;
     const auto options = bench::parse(
-        argc, argv, "Problems of other families against their exact solutions",
-        [&](CLI::App& app) {
+        argc, argv, "Problems of other families against their exact solutions", [&](CLI::App& app) {
             app.add_option("--runs", runs, "how many runs of each family, about")
                 ->check(CLI::Range(1, 1 << 30));
             app.add_option("--problems", problems, "how many problems of each family, instead");

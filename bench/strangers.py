@@ -26,6 +26,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -369,6 +370,34 @@ def frame(dice: Dice) -> Frame:
     )
 
 
+def posed(
+    f: Frame,
+    source: str,
+    start: Floats,
+    size: list[float],
+    pace: float,
+    follow: Callable[[Floats, float, float, Floats], Exactly],
+    period: float,
+    to_natural: Callable[[Floats], Floats] = lambda z: z,
+    lanes: bool = True,
+) -> Problem:
+    """In the engine's units."""
+    sizes = np.array(size)
+    return Problem(
+        source=source,
+        x0=start * sizes,
+        t0=f.t0 / f.speed,
+        t_end=(f.t0 + f.span) / f.speed,
+        size=sizes,
+        speed=f.speed,
+        pace=pace,
+        follow=follow,
+        period=period,
+        to_natural=to_natural,
+        lanes=lanes,
+    )
+
+
 def relay_of(f: Frame, swings: bool) -> Relay:
     d = f.dice
     r = Relay(constant(0), constant(0), d.uniform(0.5, 2))
@@ -393,7 +422,7 @@ def relay_of(f: Frame, swings: bool) -> Relay:
 
 
 def beyond(f: Frame, r: Relay) -> float:
-    """By what the forcing is multiplied, so that the largest |s| is just beyond 1, or short of it."""
+    """By what to multiply the forcing, so that the largest |s| is just beyond 1, or short of it."""
     t = np.linspace(f.t0, f.t0 + f.span, max(200, int(f.span / r.pace() * 16)))
     largest = float(np.max(np.abs(r.a(t) - r.g(t, 1)) / r.b)) + 1e-9
     if f.dice.chance(0.25):
@@ -403,9 +432,7 @@ def beyond(f: Frame, r: Relay) -> float:
 
 
 def begins_on(f: Frame, r: Relay) -> bool:
-    return r.b > 0 and bool(
-        abs((r.a(f.t0) - r.g(f.t0, 1)) / r.b) < 0.98 and f.dice.chance(0.7)
-    )
+    return r.b > 0 and bool(abs((r.a(f.t0) - r.g(f.t0, 1)) / r.b) < 0.98 and f.dice.chance(0.7))
 
 
 def sign_text(d: Dice, h: str, size: float) -> str:
@@ -427,10 +454,12 @@ def relay_family(number: int, swings: bool) -> Problem:
     f = frame(d)
     r = relay_of(f, swings)
     more = d.one_of(0, 0, 1, 1, 2, 3, 7)
+    if not more:
+        r.b = r.b or 0.05  # (a term of no size is no switch)
     n = 1 + more
     size = [2.0 ** math.floor(d.uniform(-20, 20)) for _ in range(n)]
     drift = [0.0 if d.chance(0.5) else d.uniform(-1, 1) for _ in range(more)]
-    shift = [0.0 if d.chance(0.7) or not r.b and d.chance(0.5) else d.uniform(-1, 1) for _ in drift]
+    shift = [0.0 if d.chance(0.7) else d.uniform(-1, 1) for _ in drift]
     if swings and more:
         shift[0] = d.uniform(0.2, 1)
     # (what looks on, y' = drift + shift s, is checked through its integral below)
@@ -471,9 +500,7 @@ def relay_family(number: int, swings: bool) -> Problem:
         return all_roots(value, t, end, min(event.pace(), 1.0, (end - t) / 16))
 
     def follow(start: Floats, t: float, end: float, nudge: Floats) -> Exactly:
-        last, changes, largest, known = r.follow(
-            float(start[0]), on, t, end, float(nudge[0]), pace
-        )
+        last, changes, largest, known = r.follow(float(start[0]), on, t, end, float(nudge[0]), pace)
         e = Exactly(np.array(start), end, [(at, 0, m) for at, m in changes], largest)
         e.z[0] = last
         e.fate = "ok" if known else "undecided"
@@ -488,10 +515,7 @@ def relay_family(number: int, swings: bool) -> Problem:
         e.largest = max(e.largest, float(np.max(np.abs(e.z)))) if known else e.largest
         return e
 
-    return Problem(
-        source, z0 * np.array(size), f.t0 / f.speed, (f.t0 + f.span) / f.speed, np.array(size), f.speed, pace, follow,
-        period,
-    )  # fmt: skip
+    return posed(f, source, z0, size, pace, follow, period)
 
 
 def blend_integral(
@@ -512,7 +536,7 @@ def blend_integral(
 
 
 def several_family(number: int) -> Problem:
-    """Two relays that know nothing of each other, in changed variables x_i = z_i + k_i z_{i+1}^2."""
+    """Two relays apart from each other, in changed variables x_i = z_i + k_i z_{i+1}^2."""
     d = Dice(number)
     f = frame(d)
     relays = [relay_of(f, d.chance(0.5)) for _ in range(2)]
@@ -529,9 +553,7 @@ def several_family(number: int) -> Problem:
     h = [f"{z} - ({r.g.text(T)})" for z, r in zip((a, b), relays, strict=True)]
     if d.chance(0.5):
         h[0] = f"({h[0]})*(1 + {factor!r}*{c}**2)"
-    rate = [
-        f"({r.a.text(T)} - {r.b!r}*np.sign({each}))" for r, each in zip(relays, h, strict=True)
-    ]
+    rate = [f"({r.a.text(T)} - {r.b!r}*np.sign({each}))" for r, each in zip(relays, h, strict=True)]
     speed, c2_text = f.speed, repr(c2)
     db = f"{rate[1]} + {2 * bend[1]!r}*{c}*{c2_text}" if bend[1] else rate[1]
     da = f"{rate[0]} + {2 * bend[0]!r}*{b}*{rate[1]}" if bend[0] else rate[0]
@@ -571,10 +593,7 @@ def several_family(number: int) -> Problem:
         e.largest = max(e.largest, abs(float(e.z[2])), abs(float(start[2])))
         return e
 
-    return Problem(
-        source, y0 * np.array(size), f.t0 / speed, (f.t0 + f.span) / speed, np.array(size), speed, pace, follow, period,
-        to_natural,
-    )  # fmt: skip
+    return posed(f, source, y0, size, pace, follow, period, to_natural)
 
 
 def belt_family(number: int) -> Problem:
@@ -675,10 +694,7 @@ def belt_family(number: int) -> Problem:
     x0 = d.uniform(-0.5, 0.5)
     on = bool(abs(float(force(f.t0)) - k * x0) / m < 0.98 and d.chance(0.7))
     z0 = np.array([x0, V if on else V + d.sign() * d.uniform(0.05, 1)])
-    return Problem(
-        source, z0 * np.array(size), f.t0 / f.speed, (f.t0 + f.span) / f.speed, np.array(size), f.speed, pace, follow,
-        period,
-    )  # fmt: skip
+    return posed(f, source, z0, size, pace, follow, period)
 
 
 def contact_family(number: int) -> Problem:
@@ -740,8 +756,9 @@ def contact_family(number: int) -> Problem:
             if rests:
                 y, v = float(floor(stop)), float(floor(stop, 1))
             else:
-                y, v = float(height(stop)), v + (rate - weight) * (stop - t) + float(
-                    force(stop, -1) - force(t, -1)
+                y, v = (
+                    float(height(stop)),
+                    v + (rate - weight) * (stop - t) + float(force(stop, -1) - force(t, -1)),
                 )
             t = stop
             if not root <= end:
@@ -763,10 +780,7 @@ def contact_family(number: int) -> Problem:
         float(floor(f.t0)) + d.log(1e-3, 1) * min(1, f.span),
         float(floor(f.t0, 1)) + d.uniform(-1, 0.2),
     ])  # fmt: skip
-    return Problem(
-        source, z0 * np.array(size), f.t0 / speed, (f.t0 + f.span) / speed, np.array(size), speed, pace, follow, period,
-        lanes=False,
-    )  # fmt: skip
+    return posed(f, source, z0, size, pace, follow, period, lanes=False)
 
 
 def exponential(a: Floats, t: float) -> Floats:
@@ -812,7 +826,9 @@ def converter_family(number: int) -> Problem:
             if on:
                 rest = -np.linalg.solve(a[1], b)
 
-                def below(at: Any, t: float = t, x: Floats = x, left: float = left) -> Any:
+                def below(
+                    at: Any, t: float = t, x: Floats = x, left: float = left, rest: Floats = rest
+                ) -> Any:
                     i = rest[0] + np.exp(a[1][0, 0] * (at - t)) * (x[0] - rest[0])
                     return level - i - ramp * (clock - left + at)
 
@@ -882,7 +898,7 @@ def two_fold_family(number: int) -> Problem:
                     break
                 last = min(root, tau + step)
                 if t + clock(last) >= end:
-                    e.z[:2] = at(bisected(lambda x: end - t - clock(float(x)), tau, last))
+                    e.z[:2] = at(bisected(lambda x, t=t: end - t - clock(float(x)), tau, last))
                     return e
                 if root <= tau + step:
                     v = at(root)
@@ -975,7 +991,9 @@ def changes_of(run: Any, problem: Problem) -> list[tuple[float, int, int]]:
     return told
 
 
-def runs_of(f: Any, g: Any, problem: Problem, tolerance: float, dice: Dice) -> Iterator[tuple[str, Told]]:
+def runs_of(
+    f: Any, g: Any, problem: Problem, tolerance: float, dice: Dice
+) -> Iterator[tuple[str, Told]]:
     """The problem in all ways there are."""
     span = (problem.t0, problem.t_end)
     atol = tolerance * problem.size
@@ -1209,13 +1227,13 @@ def try_diagram(number: int, talk: bool = False) -> Report:
         on = abs(float(r.a(0.0))) < 1
         _, changes, _, known = r.follow(0.0, on, 0.0, 10 * T, 0.0, 1 / w)
         slides = [0 if on else 1, *[m for _, m in changes]]
-        exits = [
-            t for i, (t, m) in enumerate(changes) if m != 0 and slides[i] == 0 and t >= 4 * T
-        ]
+        exits = [t for i, (t, m) in enumerate(changes) if m != 0 and slides[i] == 0 and t >= 4 * T]
         mine = diagram.t_local[diagram.value == k]
         expected = sorted(t % T for t in exits)
         if not all_periods:  # repeats are left out
-            mine, expected = (sorted({round(float(t), 9) for t in each}) for each in (mine, expected))
+            mine, expected = (
+                sorted({round(float(t), 9) for t in each}) for each in (mine, expected)
+            )
         same = known and len(mine) == len(expected)
         same = same and all(
             min(abs(a - b), T - abs(a - b)) <= 1e-6 * T
@@ -1277,9 +1295,9 @@ def main() -> int:
     print(f"{whole.total()} runs: {dict(whole)}; {time.perf_counter() - began:.0f} s")
     print("\n".join(sorted(total.failures)[: args.show]))
     if args.json:
-        with open(args.json, "w") as file:
-            counts = {" ".join(key): value for key, value in total.counts.items()}
-            json.dump({"counts": counts, "failures": total.failures}, file, indent=2)
+        counts = {" ".join(key): value for key, value in total.counts.items()}
+        results = {"counts": counts, "failures": total.failures}
+        Path(args.json).write_text(json.dumps(results, indent=2))
     return int(whole["wrong"] > 0)
 
 

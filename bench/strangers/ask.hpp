@@ -62,9 +62,9 @@ template <class Tableau, class Sys> Told by_flow(const Sys& sys, const Ask& ask)
     Vec<double, N> x0;
     for (int i = 0; i < N; ++i)
         x0[i] = ask.x0[std::size_t(i)];
-    const auto r = flow<Tableau>(sys, Vec<double, 0>(), x0, ask.t0, ask.t_end,
-                                 settings_of<Sys>(sys.disguise(), ask.tolerance), listener,
-                                 Watch<Sys>{&sys});
+    const auto r =
+        flow<Tableau>(sys, Vec<double, 0>(), x0, ask.t0, ask.t_end,
+                      settings_of<Sys>(sys.disguise(), ask.tolerance), listener, Watch<Sys>{&sys});
     told.status = r.status;
     told.t = r.t;
     for (int i = 0; i < N; ++i)
@@ -82,8 +82,7 @@ template <class Tableau, class Sys> Told by_lanes(const Sys& sys, const Ask& ask
     }
     // (not alone)
     const double half = ask.t0 + (ask.t_end - ask.t0) / 2;
-    const std::vector<Member<N, 0>> members{{moved, {}, ask.t0, half},
-                                            {x0, {}, ask.t0, ask.t_end}};
+    const std::vector<Member<N, 0>> members{{moved, {}, ask.t0, half}, {x0, {}, ask.t0, ask.t_end}};
     const auto r = ensemble<Tableau, 8>(
         sys, members, settings_of<Sys>(sys.disguise(), ask.tolerance), Parallel{.threads = 1});
     const auto& o = r.outcomes[1];
@@ -104,7 +103,8 @@ template <class Sys> Told ask_engine(const Sys& sys, const Ask& ask) {
     case Method::rodas5p:
         return by_flow<Rodas5P>(sys, ask);
     default:
-        return ask.in_lanes ? by_lanes<DormandPrince8>(sys, ask) : by_flow<DormandPrince8>(sys, ask);
+        return ask.in_lanes ? by_lanes<DormandPrince8>(sys, ask)
+                            : by_flow<DormandPrince8>(sys, ask);
     }
 }
 

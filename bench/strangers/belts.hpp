@@ -25,7 +25,8 @@ public:
             const Long whole = std::min({pace_ * 0.5L, (to - from) / 16, to - t_});
             const Long d = short_steps-- > 0 ? std::min(whole, pace_ / 16) : whole;
             take(d);
-            const Long theta = first_event(d, short_steps == 7 && (!e.changes.empty() || on_surface));
+            const Long theta =
+                first_event(d, short_steps == 7 && (!e.changes.empty() || on_surface));
             e.slides = e.slides || mode_ == 0;
             if (theta > 1) {
                 t_ = d < to - t_ ? t_ + d : to;
@@ -41,8 +42,7 @@ public:
         }
         e.t = to;
         const Long d = to - from, r0 = law_.r0, r1 = law_.r1;
-        const Long w = r1 == 0 ? z0[2] + r0 * d
-                               : r0 / r1 + (z0[2] - r0 / r1) * std::exp(-r1 * d);
+        const Long w = r1 == 0 ? z0[2] + r0 * d : r0 / r1 + (z0[2] - r0 / r1) * std::exp(-r1 * d);
         e.z = {x_, v_, w + nudge_.of(2) * 20, 0};
         e.largest = std::max(e.largest, std::abs(w));
         return e;
@@ -119,7 +119,8 @@ private:
         return mode_ == 0 ? 1 - std::abs(s(t, x)) : mode_ * (v - belt(t, x));
     }
     Long margin_within(Long d, Long theta) const {
-        return margin(t_ + theta * d, at(x_, kx_, d, theta), mode_ == 0 ? 0 : at(v_, kv_, d, theta));
+        return margin(t_ + theta * d, at(x_, kx_, d, theta),
+                      mode_ == 0 ? 0 : at(v_, kv_, d, theta));
     }
     /// Where in the step, by its polynomial; 2: nowhere; -1: nobody can tell.
     /// @param leaves  it begins at zero
@@ -203,8 +204,8 @@ public:
         const BeltLaw& l = law.belt_law;
         char rest[300];
         std::snprintf(rest, sizeof rest,
-                      " - %.17g*s.x - %.17g*s.v + (%.17g*s.x + %.17g*np.sin(s.x))/(1 + s.x**2) - (", l.k,
-                      l.c, l.k3, l.k4);
+                      " - %.17g*s.x - %.17g*s.v + (%.17g*s.x + %.17g*np.sin(s.x))/(1 + s.x**2) - (",
+                      l.k, l.c, l.k3, l.k4);
         char more[200];
         std::snprintf(more, sizeof more, ") - %.17g*np.sin(s.x)), %.17g - %.17g*s.w))", l.v1, l.r0,
                       l.r1);
@@ -230,7 +231,8 @@ inline std::unique_ptr<BeltProblem> draw_belt(std::uint64_t seed) {
     const double mu = dice.uniform(0.4, 1.5);
     law.mu = Wave(mu);
     if (dice.chance(0.3)) {
-        const Wave wave = dice.wave(0.2 * mu, periodic ? fast : dice.uniform(0.3, 3), true, t0, span);
+        const Wave wave =
+            dice.wave(0.2 * mu, periodic ? fast : dice.uniform(0.3, 3), true, t0, span);
         for (const Term& term : wave.terms)
             law.mu.add(term);
     }

@@ -96,8 +96,8 @@ public:
                 e.fate = Exactly::undecided;
             e.z[at] = path.y_end;
             e.z[at + 1] = path.v_end;
-            e.largest = std::max(
-                {e.largest, path.largest, std::abs(path.y_end), std::abs(path.v_end)});
+            e.largest =
+                std::max({e.largest, path.largest, std::abs(path.y_end), std::abs(path.v_end)});
             for (const auto& [t, mode] : path.changes)
                 e.changes.push_back({t, j, mode});
         }
@@ -125,7 +125,8 @@ private:
 inline std::unique_ptr<ContactProblem> draw_contact(std::uint64_t seed) {
     Dice dice(seed);
     auto q = std::make_unique<ContactProblem>();
-    const double fast = dice.logarithmic(0.5, 1000), slow = std::min(fast, dice.logarithmic(0.5, 20));
+    const double fast = dice.logarithmic(0.5, 1000),
+                 slow = std::min(fast, dice.logarithmic(0.5, 20));
     const double span = std::min(dice.uniform(2, 10), 150 / fast);
     const bool periodic = dice.chance(0.4);
     const double t0 = dice.chance(0.5) ? 0 : dice.uniform(0, 100);
@@ -151,8 +152,8 @@ inline std::unique_ptr<ContactProblem> draw_contact(std::uint64_t seed) {
         }
         if (kind > 0.4) {
             const double f = periodic ? fast : slow;
-            body.floor.add({Term::wave, most / (f * f) * (kind > 0.7 ? 1 : 0.3), f,
-                            dice.uniform(-3, 3)});
+            body.floor.add(
+                {Term::wave, most / (f * f) * (kind > 0.7 ? 1 : 0.3), f, dice.uniform(-3, 3)});
         }
         if (!periodic && dice.chance(0.3))
             body.floor.add({Term::power, dice.uniform(-0.3, 0.3), 1, t0});

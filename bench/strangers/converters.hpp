@@ -24,9 +24,8 @@ public:
             Long root = stop + 1;
             if (on) {
                 const Long tau0 = Long(c.clock) - next;
-                root = first_root(
-                    [&](Long at) { return below(moved(x, on, at - t), tau0 + at); }, t, stop,
-                    std::min(0.25L / norm(), Long(c.clock) / 16));
+                root = first_root([&](Long at) { return below(moved(x, on, at - t), tau0 + at); },
+                                  t, stop, std::min(0.25L / norm(), Long(c.clock) / 16));
             }
             if (root <= stop) {
                 x = pushed(moved(x, on, root - t), nudge);
@@ -60,8 +59,8 @@ public:
         char s[500];
         for (std::size_t q = 0; q < 2; ++q) {
             std::snprintf(s, sizeof s,
-                          "q = %zu: x' = (%.17g*x + %.17g*y + %.17g, %.17g*x + %.17g*y + %.17g); ", q,
-                          c.a[q][0], c.a[q][1], c.b[q][0], c.a[q][2], c.a[q][3], c.b[q][1]);
+                          "q = %zu: x' = (%.17g*x + %.17g*y + %.17g, %.17g*x + %.17g*y + %.17g); ",
+                          q, c.a[q][0], c.a[q][1], c.b[q][0], c.a[q][2], c.a[q][3], c.b[q][1]);
             text += s;
         }
         std::snprintf(s, sizeof s,
@@ -135,9 +134,10 @@ inline std::unique_ptr<ConverterProblem> draw_converter(std::uint64_t seed) {
     q->t0 = t0 / q->disguise.speed;
     q->t_end = (t0 + c.clock * dice.uniform(3, 25)) / q->disguise.speed;
     if (dice.chance(0.5))
-        q->disguise.period = c.clock * (dice.chance(0.5) ? 1 : dice.uniform(0.5, 2)) / q->disguise.speed;
-    const Natural z{c.level * dice.uniform(0.1, 0.8), dice.uniform(0, 3), c.clock * dice.uniform(0, 0.95),
-                    dice.chance(0.5) ? 1.0L : 0.0L};
+        q->disguise.period =
+            c.clock * (dice.chance(0.5) ? 1 : dice.uniform(0.5, 2)) / q->disguise.speed;
+    const Natural z{c.level * dice.uniform(0.1, 0.8), dice.uniform(0, 3),
+                    c.clock * dice.uniform(0, 0.95), dice.chance(0.5) ? 1.0L : 0.0L};
     q->x0 = q->disguise.seen(z);
     return q;
 }

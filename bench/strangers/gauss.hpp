@@ -59,7 +59,8 @@ private:
                 continue;
             const Long root = c[std::size_t(m)], d = c[std::size_t(j)] - root;
             for (int k = ++degree; k >= 0; --k)
-                p[std::size_t(k)] = ((k > 0 ? p[std::size_t(k - 1)] : 0) - root * p[std::size_t(k)]) / d;
+                p[std::size_t(k)] =
+                    ((k > 0 ? p[std::size_t(k - 1)] : 0) - root * p[std::size_t(k)]) / d;
         }
         for (int k = 0; k < stages; ++k)
             p[std::size_t(k)] /= k + 1;

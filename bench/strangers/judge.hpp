@@ -99,9 +99,8 @@ private:
         return b;
     }
 
-    void try_methods(const Exactly& exact, const Bounds& bounds,
-                     const std::array<double, most>& x0, double t0, double t_end, double tolerance,
-                     const std::string& mark) {
+    void try_methods(const Exactly& exact, const Bounds& bounds, const std::array<double, most>& x0,
+                     double t0, double t_end, double tolerance, const std::string& mark) {
         const auto one = [&](Method method, bool in_lanes) {
             const auto began = Clock::now();
             const Told told = problem_.ask({method, in_lanes, tolerance, x0, t0, t_end});
@@ -184,9 +183,9 @@ private:
                 if (i >= told.met.size() || i >= exact.met.size() ||
                     !(std::abs(speed * told.met[i] - exact.met[i]) <=
                       multiple * bounds.met[i] + 1e-13L * std::abs(exact.met[i])))
-                    return "section met " + std::to_string(told.met.size()) + " times in place of " +
-                           std::to_string(exact.met.size()) + ", number " + std::to_string(i) +
-                           " at " +
+                    return "section met " + std::to_string(told.met.size()) +
+                           " times in place of " + std::to_string(exact.met.size()) + ", number " +
+                           std::to_string(i) + " at " +
                            (i < told.met.size() ? digits("%.12g", double(speed * told.met[i]))
                                                 : std::string("none")) +
                            " in place of " +

@@ -44,7 +44,8 @@ public:
         if (law_->converts)
             law_->converter.jump(at, z.data());
         else
-            law_->bodies.jump(at, rate_of(law_->bodies.bodies[at].floor, natural_time(t)), z.data());
+            law_->bodies.jump(at, rate_of(law_->bodies.bodies[at].floor, natural_time(t)),
+                              z.data());
         return disguise_->disguised<S>(z);
     }
     bool has_section() const { return false; }

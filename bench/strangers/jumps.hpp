@@ -56,8 +56,7 @@ struct Converter {
     template <class S> S h(std::size_t j, const S* z) const {
         if (j == 0)
             return S(clock) - z[2];
-        return S(level) - S(c[0]) * z[0] - S(c[1]) * z[1] - S(ramp) * z[2] +
-               S(100) * (S(1) - z[3]);
+        return S(level) - S(c[0]) * z[0] - S(c[1]) * z[1] - S(ramp) * z[2] + S(100) * (S(1) - z[3]);
     }
     template <class S> void jump(std::size_t j, S* z) const {
         if (j == 0)

@@ -13,11 +13,11 @@ struct Shape {
     bool off_surface; ///< h off the surface; else s in a slide
     double swings;    ///< in the run; 0: it comes near zero once only
 };
-constexpr Shape shapes[] = {{"s, one bump", false, 0},    {"s, 1 swing", false, 1},
-                            {"s, 10 swings", false, 10},  {"s, 100 swings", false, 100},
+constexpr Shape shapes[] = {{"s, one bump", false, 0},       {"s, 1 swing", false, 1},
+                            {"s, 10 swings", false, 10},     {"s, 100 swings", false, 100},
                             {"s, 1000 swings", false, 1000}, {"h, one bump", true, 0},
-                            {"h, 1 swing", true, 1},      {"h, 10 swings", true, 10},
-                            {"h, 100 swings", true, 100}, {"h, 1000 swings", true, 1000}};
+                            {"h, 1 swing", true, 1},         {"h, 10 swings", true, 10},
+                            {"h, 100 swings", true, 100},    {"h, 1000 swings", true, 1000}};
 
 /// A problem whose watched function is beyond zero for a part q of the run, or of each swing.
 inline std::unique_ptr<RelayProblem> draw_visit(const Shape& shape, double q, std::uint64_t seed) {

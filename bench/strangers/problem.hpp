@@ -160,11 +160,11 @@ struct Problem {
     Disguise disguise{};
     std::array<double, most> x0{};
     double t0 = 0, t_end = 0;
-    bool on_surface = false; ///< it begins there, but for rounding
-    bool coupled = true;     ///< an error of one component grows into others
+    bool on_surface = false;   ///< it begins there, but for rounding
+    bool coupled = true;       ///< an error of one component grows into others
     bool counts_jumps = false; ///< else impacts are not compared: they may accumulate
-    bool back = false;       ///< without slides it may be run backwards
-    double pace = 1;         ///< over which time its quickest term changes, natural
+    bool back = false;         ///< without slides it may be run backwards
+    double pace = 1;           ///< over which time its quickest term changes, natural
 
     Problem() = default;
     Problem(const Problem&) = default;

@@ -137,10 +137,11 @@ inline std::unique_ptr<TwoFoldProblem> draw_two_fold(std::uint64_t seed) {
         const Exactly e = q->fate_of(z);
         if (e.fate == Exactly::undecided || node != (e.fate == Exactly::stops))
             continue;
-        const double last = double(e.fate == Exactly::stops   ? e.t
-                                   : e.changes.empty() ? 10.0L
-                                                       : e.changes[0].t);
-        const double span = std::min(last * (dice.chance(0.85) ? dice.uniform(1.05, 2) : 0.9), 20.0);
+        const double last = double(e.fate == Exactly::stops ? e.t
+                                   : e.changes.empty()      ? 10.0L
+                                                            : e.changes[0].t);
+        const double span =
+            std::min(last * (dice.chance(0.85) ? dice.uniform(1.05, 2) : 0.9), 20.0);
         q->disguise.draw(dice, 4 + 2 * span * span, dice.chance(0.4));
         const double t0 = dice.chance(0.5) ? 0 : dice.uniform(-20, 20);
         q->t0 = t0 / q->disguise.speed;

@@ -155,9 +155,7 @@ public:
     bool chance(double p) { return uniform(0, 1) < p; }
     double uniform(double a, double b) { return std::uniform_real_distribution<>(a, b)(random_); }
     /// From a to b, all orders of magnitude alike.
-    double logarithmic(double a, double b) {
-        return std::exp(uniform(std::log(a), std::log(b)));
-    }
+    double logarithmic(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
     double normal() { return std::normal_distribution<>()(random_); }
     double sign() { return chance(0.5) ? 1 : -1; }
     int whole(int n) { return int(random_() % std::uint64_t(n)); }
@@ -169,7 +167,8 @@ public:
         w.add({Term::wave, size * uniform(0.3, 1), fast, uniform(-3, 3)});
         if (periodic) { // fast is a multiple of these
             if (chance(0.4))
-                w.add({Term::wave, size * uniform(-0.6, 0.6), fast / (1 + whole(3)), uniform(-3, 3)});
+                w.add(
+                    {Term::wave, size * uniform(-0.6, 0.6), fast / (1 + whole(3)), uniform(-3, 3)});
             return w;
         }
         const int more = whole(3);
