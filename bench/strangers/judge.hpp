@@ -197,11 +197,18 @@ private:
     /// Without what happens in the first and last instants.
     std::vector<Told::Seen> story_of(const Told& told, double t0, double t_end) const {
         std::vector<Told::Seen> changes;
-        for (const Told::Seen& each : told.changes)
-            if ((each.mode != 2 || problem_.counts_jumps) &&
-                std::abs(each.t - t0) > 1e-9 * std::abs(t_end - t0) &&
-                std::abs(each.t - t_end) > 1e-9 * std::abs(t_end - t0))
+        const double near = 1e-9 * std::abs(t_end - t0);
+        for (Told::Seen each : told.changes) {
+            if (problem_.counts_jumps) { // (several at one time: beyond a surface between them)
+                if (each.mode == -1)
+                    continue;
+                each.mode = 2;
+            } else if (each.mode == 2) {
+                continue;
+            }
+            if (std::abs(each.t - t0) > near && std::abs(each.t - t_end) > near)
                 changes.push_back(each);
+        }
         return changes;
     }
 

@@ -20,45 +20,48 @@ constexpr Shape shapes[] = {{"s, one bump", false, 0},       {"s, 1 swing", fals
                             {"h, 100 swings", true, 100},    {"h, 1000 swings", true, 1000}};
 
 /// A problem whose watched function is beyond zero for a part q of the run, or of each swing.
-inline std::unique_ptr<RelayProblem> draw_visit(const Shape& shape, double q, std::uint64_t seed) {
+struct Visits {
+    std::unique_ptr<RelayProblem> problem;
+    double first_end = 0; ///< of the first visit
+    int count = 0;        ///< of visits that end within the run
+};
+
+inline Visits draw_visits(const Shape& shape, double q, std::uint64_t seed) {
     Dice dice(seed);
-    auto p = std::make_unique<RelayProblem>();
-    p->disguise.n = 3;
-    Relay& relay = p->law.relay_law.relay;
+    Visits v{std::make_unique<RelayProblem>()};
     Wave wave; // its largest value lies beyond 1
     if (shape.swings == 0) {
-        const double top = 1 + dice.logarithmic(1e-2, 1); // top/(1 + u^2) = 1
-        wave.add({Term::bump, top, q / 2 / std::sqrt(top - 1),
-                  dice.uniform(0.05 + q / 2, 0.95 - q / 2)});
-    } else {
-        const double rate = 2 * std::acos(-1.0) * shape.swings;
-        // (up to a tenth slower: no step fits)
-        wave.add({Term::wave, 1 / std::cos(std::acos(-1.0) * std::min(q, 0.3)),
-                  rate * dice.uniform(0.9, 1), dice.uniform(1.2, 5)});
+        const double top = 1 + dice.logarithmic(1e-2, 1), // top/(1 + u^2) = 1
+            middle = dice.uniform(0.05 + q / 2, 0.95 - q / 2);
+        wave.add({Term::bump, top, q / 2 / std::sqrt(top - 1), middle});
+        v.first_end = middle + q / 2;
+        v.count = 1;
+    } else { // (up to a tenth slower: no step fits)
+        const double pi = std::acos(-1.0), rate = 2 * pi * shape.swings * dice.uniform(0.9, 1),
+                     phase = dice.uniform(1.2, 5);
+        wave.add({Term::wave, 1 / std::cos(pi * q), rate, phase});
+        v.first_end = (2 * pi - phase + pi * q) / rate;
+        for (double end = v.first_end; end < 1; end += 2 * pi / rate)
+            ++v.count;
     }
-    p->t_end = 1;
-    if (shape.off_surface) { // h = -1 + wave, and it is seen in z1' = s
-        relay.a = Wave(0.0);
-        relay.b = 0;
-        relay.g = wave;
-        relay.c1 = 1;
-        p->x0 = {1, 0, 0, 0};
-    } else {
-        relay.a = wave;
-        relay.g = Wave(0.0);
-        p->on_surface = true;
-        p->x0 = {0, 0, 0, 0};
-    }
-    p->pace = std::min(relay.pace(), 1.0);
-    return p;
+    RelayProblem& p = *v.problem;
+    p.disguise.n = 3;
+    p.t_end = 1;
+    Relay& relay = p.law.relay_law.relay;
+    relay.a = shape.off_surface ? Wave(0.0) : wave;
+    relay.g = shape.off_surface ? wave : Wave(0.0);
+    relay.b = shape.off_surface ? 0 : 1;
+    relay.c1 = shape.off_surface ? 1 : 0; // (else nothing changes where h = 1 - wave does)
+    p.x0 = {shape.off_surface ? 1.0 : 0.0, 0, 0, 0};
+    p.on_surface = !shape.off_surface;
+    return v;
 }
 
-/// True if the first visit is missed.
-inline bool is_missed(const RelayProblem& p, const Exactly& exact, const Told& told) {
-    const Long last = exact.changes.size() > 1 ? exact.changes[1].t : Long(p.t_end);
-    if (!told.has_story)
-        return std::size_t(told.count) < exact.changes.size();
-    return told.changes.empty() || !(told.changes[0].t < last);
+/// True if the first visit is missed; of lanes, which only count, if any is.
+inline bool is_missed(const Visits& v, const Told& told) {
+    if (!told.has_story) // each begins and ends, the last one maybe later
+        return told.count < 2 * v.count - 1;
+    return v.count > 0 && (told.changes.empty() || !(told.changes[0].t <= v.first_end));
 }
 
 } // namespace filippov::strangers
