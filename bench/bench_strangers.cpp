@@ -123,11 +123,10 @@ void misses(int n, int threads, nlohmann::json& results) {
                 Parallel how;
                 how.threads = threads;
                 parallel_for(std::size_t(n), how, [&](std::size_t i, Worker&) {
-                    const Visits visits = draw_visits(shape, q, i);
-                    const Told told =
-                        visits.problem->ask({way == 3 ? Method::dop853 : Method(way), way == 3,
-                                             1e-6, visits.problem->x0, 0, 1});
-                    const bool is = is_missed(visits, told);
+                    const Visit visit = draw_visit(shape, q, i);
+                    const Told told = visit.problem->ask({way == 3 ? Method::dop853 : Method(way),
+                                                          way == 3, 1e-6, visit.problem->x0, 0, 1});
+                    const bool is = is_missed(visit, told);
                     const std::lock_guard lock(guard);
                     missed += is;
                 });

@@ -19,30 +19,29 @@ constexpr Shape shapes[] = {{"s, one bump", false, 0},       {"s, 1 swing", fals
                             {"h, 1 swing", true, 1},         {"h, 10 swings", true, 10},
                             {"h, 100 swings", true, 100},    {"h, 1000 swings", true, 1000}};
 
-/// A problem whose watched function is beyond zero for a part q of the run, or of each swing.
-struct Visits {
+/// A problem whose watched function is beyond zero once, for a part q of the run or of a swing.
+struct Visit {
     std::unique_ptr<RelayProblem> problem;
-    double first_end = 0; ///< of the first visit
-    int count = 0;        ///< of visits that end within the run
+    double end = 0;
 };
 
-inline Visits draw_visits(const Shape& shape, double q, std::uint64_t seed) {
+inline Visit draw_visit(const Shape& shape, double q, std::uint64_t seed) {
     Dice dice(seed);
-    Visits v{std::make_unique<RelayProblem>()};
+    Visit v{std::make_unique<RelayProblem>()};
     Wave wave; // its largest value lies beyond 1
     if (shape.swings == 0) {
         const double top = 1 + dice.logarithmic(1e-2, 1), // top/(1 + u^2) = 1
             middle = dice.uniform(0.05 + q / 2, 0.95 - q / 2);
         wave.add({Term::bump, top, q / 2 / std::sqrt(top - 1), middle});
-        v.first_end = middle + q / 2;
-        v.count = 1;
-    } else { // (up to a tenth slower: no step fits)
-        const double pi = std::acos(-1.0), rate = 2 * pi * shape.swings * dice.uniform(0.9, 1),
-                     phase = dice.uniform(1.2, 5);
-        wave.add({Term::wave, 1 / std::cos(pi * q), rate, phase});
-        v.first_end = (2 * pi - phase + pi * q) / rate;
-        for (double end = v.first_end; end < 1; end += 2 * pi / rate)
-            ++v.count;
+        v.end = middle + q / 2;
+    } else { // a bump lifts one of the tops, long after the first step (no step fits the swings)
+        const double pi = std::acos(-1.0), swing = dice.uniform(1, 1.1) / shape.swings,
+                     middle = dice.uniform(shape.swings > 1 ? 0.1 : 0.4, 0.9), w = q * swing / 2,
+                     width = swing / 2;
+        wave.add({Term::wave, 0.9, 2 * pi / swing, -2 * pi / swing * middle});
+        wave.add({Term::bump, (1 - 0.9 * std::cos(pi * q)) * (1 + w * w / (width * width)), width,
+                  middle});
+        v.end = middle + w;
     }
     RelayProblem& p = *v.problem;
     p.disguise.n = 3;
@@ -57,11 +56,10 @@ inline Visits draw_visits(const Shape& shape, double q, std::uint64_t seed) {
     return v;
 }
 
-/// True if the first visit is missed; of lanes, which only count, if any is.
-inline bool is_missed(const Visits& v, const Told& told) {
-    if (!told.has_story) // each begins and ends, the last one maybe later
-        return told.count < 2 * v.count - 1;
-    return v.count > 0 && (told.changes.empty() || !(told.changes[0].t <= v.first_end));
+inline bool is_missed(const Visit& v, const Told& told) {
+    if (!told.has_story) // (lanes only count)
+        return told.count == 0;
+    return told.changes.empty() || !(told.changes[0].t <= v.end);
 }
 
 } // namespace filippov::strangers
