@@ -1249,6 +1249,53 @@ def try_diagram(number: int, talk: bool = False) -> Report:
     return report
 
 
+# --- how often a short visit beyond zero is missed ----------------------------------------------
+
+
+def visit(swings: float, q: float, number: int) -> tuple[Wave, float]:
+    """What goes beyond 1 once between 0 and 1, for a part q of that time or of a swing; the end of
+    the visit."""
+    d = Dice(number)
+    if not swings:
+        top, middle = 1 + d.log(1e-2, 1), d.uniform(0.05 + q / 2, 0.95 - q / 2)
+        return Wave([Term("bump", top, q / 2 / math.sqrt(top - 1), middle)]), middle + q / 2
+    # a bump lifts one of the tops, long after the first step
+    swing, middle = d.uniform(1, 1.1) / swings, d.uniform(0.1 if swings > 1 else 0.4, 0.9)
+    w, rate = q * swing / 2, 2 * math.pi / swing
+    lift = (1 - 0.9 * math.cos(math.pi * q)) * (1 + (w / (swing / 2)) ** 2)
+    return (
+        Wave([Term("wave", 0.9, rate, -rate * middle), Term("bump", lift, swing / 2, middle)]),
+        middle + w,
+    )
+
+
+def misses(n: int) -> None:
+    """Print the share of visits of s beyond 1, in slides of length 1 at rest, that are missed.
+
+    The tolerance is below the height of each: 3e-10."""
+    parts = (0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4, 1e-5)
+    print("| swings in a slide | by | " + " | ".join(f"{q:g}" for q in parts) + " |")
+    print("|---" * (2 + len(parts)) + "|")
+    for swings in (0, 1, 10, 100, 1000):
+        missed = Counter[tuple[str, float]]()
+        for q in parts:
+            for number in range(n):
+                wave, end = visit(swings, q, number)
+                space: dict[str, Any] = {"np": np, "fp": fp}
+                source = f'fp.system(state="x")(lambda t, s, p: ({wave.text("t")} - np.sign(s.x),))'
+                exec("f = " + source, space)
+                for method in ("dopri5", "dop853", "rodas5p"):
+                    run = fp.simulate(
+                        space["f"], [0.0], (0, 1), method=method, rtol=1e-10, atol=1e-10
+                    )
+                    exits = run.events["t"][run.events["kind"] == "exit_sliding"]
+                    missed[method, q] += not np.any(exits <= end)
+        for method in ("dopri5", "dop853", "rodas5p"):
+            shares = [missed[method, q] / n for q in parts]
+            row = " | ".join(f"{100 * share:.3g} %" if share else "0" for share in shares)
+            print(f"| {swings or 'one bump'} | {method} | {row} |", flush=True)
+
+
 def one(job: tuple[str, int]) -> Report:
     family, number = job
     return try_diagram(number) if family == "diagrams" else try_problem(family, number)
@@ -1263,8 +1310,15 @@ def main() -> int:
     parser.add_argument("--case", help="one problem in detail, as reports name it: slides:17")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--show", type=int, default=60, help="how many failures are listed")
+    parser.add_argument(
+        "--misses", type=int, default=0,
+        help="a table instead: how often short visits beyond zero are missed, from so many each",
+    )  # fmt: skip
     parser.add_argument("--json", help="write the counts to this file")
     args = parser.parse_args()
+    if args.misses:
+        misses(args.misses)
+        return 0
     if args.case:
         family, number = args.case.rsplit(":", 1)
         if family == "diagrams":

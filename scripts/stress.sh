@@ -130,8 +130,10 @@ fuzz() {
 
 campaign() {
     cmake --preset bench
-    cmake --build --preset bench --target bench_stability
+    cmake --build --preset bench --target bench_stability bench_strangers
     build/bench/bench/bench_stability --problems 22000
+    build/bench/bench/bench_strangers --runs 300000
+    .venv/bin/python bench/strangers.py --problems 2000 --processes "$(nproc)"
 }
 
 if [ $# -gt 0 ]; then
