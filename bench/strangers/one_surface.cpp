@@ -29,6 +29,19 @@ public:
         const X<S> z = disguise_->natural<S>(x);
         return S(disguise_->height[0]) * law_->h(S(S(disguise_->speed) * t), z.data());
     }
+    bool has_sliding_flow() const {
+        return law_->kind == OneSurface::relay && law_->relay_law.closed_form;
+    }
+    /// (of relays in straight coordinates, whose sliding field is constant)
+    template <Scalar S>
+    X<S> sliding_flow(const S&, const X<S>& x, const None<S>&, const S& dt) const {
+        const RelayLaw& law = law_->relay_law;
+        const double rate[] = {law.slope, law.relay.c0, law.c2};
+        X<S> y = x;
+        for (int i = 0; i < 3; ++i)
+            y[i] = x[i] + S(rate[i] * disguise_->size[std::size_t(i)] * disguise_->speed) * dt;
+        return y;
+    }
     bool has_section() const { return law_->section_law.watched; }
     template <class S> S section(const S& t, const X<S>& x) const {
         const SectionLaw& law = law_->section_law;

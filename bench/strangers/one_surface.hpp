@@ -11,6 +11,8 @@ namespace filippov::strangers {
 struct RelayLaw {
     Relay relay;
     double c2 = 0;
+    bool closed_form = false; ///< slides, at an even speed of the surface, are told in closed form
+    double slope = 0;         ///< that speed
 
     template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
         (void)z;

@@ -86,6 +86,10 @@ public:
         section(*q);
         start(*q);
         declare_period(*q);
+        const bool even =
+            !swings_ && relay.c1 == 0 && q->disguise.bend == decltype(q->disguise.bend){};
+        law.closed_form = even && dice_.chance(0.6);
+        law.slope = double(relay.g.exact(t0_, 1));
         return q;
     }
 
