@@ -22,11 +22,11 @@ public:
                 t_end, step);
             if (!(root <= t_end))
                 break;
-            const Long y = floor(root, 0), v = resting ? floor(root, 1) : speed(root);
+            const Long there = floor(root, 0), fast = resting ? floor(root, 1) : speed(root);
             if (resting)
-                leave(root, y, v);
+                leave(root, there, fast);
             else
-                hit(root, y, v);
+                hit(root, there, fast);
             known = known && ++events_ < 2000;
         }
         y_end = resting_ ? floor(t_end, 0) : height(t_end);
@@ -141,19 +141,19 @@ inline std::unique_ptr<ContactProblem> draw_contact(std::uint64_t seed) {
         body.weight = dice.uniform(0.5, 1.5);
         body.e = dice.chance(0.7) ? 0 : dice.uniform(0.1, 0.7);
         const double kind = dice.uniform(0, 1), part = dice.logarithmic(1e-4, 1);
-        const double most = body.weight * (1 + (dice.chance(0.8) ? part : -part / 2));
+        const double peak = body.weight * (1 + (dice.chance(0.8) ? part : -part / 2));
         body.floor = Wave(dice.uniform(-0.5, 0.5));
         if (kind < 0.7) { // a force that swings; else a floor that does
             body.force = dice.wave(1, fast, periodic, t0, span);
             double largest = 1e-9;
             for (double at = t0; at < t0 + span; at += std::min(body.force.pace() / 8, span / 64))
                 largest = std::max(largest, double(body.force.exact(at, 0)));
-            body.force.scale(most / largest);
+            body.force.scale(peak / largest);
         }
         if (kind > 0.4) {
             const double f = periodic ? fast : slow;
             body.floor.add(
-                {Term::wave, most / (f * f) * (kind > 0.7 ? 1 : 0.3), f, dice.uniform(-3, 3)});
+                {Term::wave, peak / (f * f) * (kind > 0.7 ? 1 : 0.3), f, dice.uniform(-3, 3)});
         }
         if (!periodic && dice.chance(0.3))
             body.floor.add({Term::power, dice.uniform(-0.3, 0.3), 1, t0});

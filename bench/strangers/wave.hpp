@@ -56,12 +56,12 @@ struct Term {
         case bump:
             return bump_of((t - Long(q)) / Long(p), n) * Long(c) / std::pow(Long(p), Long(n));
         default: {
-            Long factor = c, power = p; // d^n/dt^n of u^p
+            Long factor = c, left = p; // d^n/dt^n of u^p
             for (int k = 0; k < n; ++k)
-                factor *= power--;
+                factor *= left--;
             for (int k = 0; k > n; --k)
-                factor /= ++power;
-            return factor == 0 ? 0 : factor * std::pow(t - Long(q), power);
+                factor /= ++left;
+            return factor == 0 ? 0 : factor * std::pow(t - Long(q), left);
         }
         }
     }
@@ -74,17 +74,16 @@ struct Term {
     }
     std::string text() const {
         char s[120];
-        const char* const form = kind == wave    ? "%.17g*np.cos(%.17g*t + %.17g)"
-                                 : kind == decay ? "%.17g*np.exp(-%.17g*(t - %.17g))"
-                                                 : "";
         if (kind == power && p == 0)
             std::snprintf(s, sizeof s, "%.17g", c);
         else if (kind == power)
             std::snprintf(s, sizeof s, "%.17g*(t - %.17g)%s", c, q, p == 2 ? "**2" : "");
         else if (kind == bump)
             std::snprintf(s, sizeof s, "%.17g/(1 + ((t - %.17g)/%.17g)**2)", c, q, p);
+        else if (kind == wave)
+            std::snprintf(s, sizeof s, "%.17g*np.cos(%.17g*t + %.17g)", c, p, q);
         else
-            std::snprintf(s, sizeof s, form, c, p, q);
+            std::snprintf(s, sizeof s, "%.17g*np.exp(-%.17g*(t - %.17g))", c, p, q);
         return s;
     }
 
