@@ -256,6 +256,10 @@ class Exactly:
         )
 
 
+#: Forms of sign(h) of which h is another: the argument as it is written, what is compared.
+MIRRORED = ("-np.sign(-", "< 0, -1, 1)", " < 0))")
+
+
 @dataclass
 class Problem:
     """A system as text, in units of its own, and its oracle."""
@@ -273,6 +277,11 @@ class Problem:
     ends_early: bool = False
     counts_jumps: bool = False  #: else impacts are not compared, but rests are
     lanes: bool = True
+
+    @property
+    def sense(self) -> int:
+        """-1 where what is written is below zero above the surface."""
+        return -1 if any(text in self.source for text in MIRRORED) else 1
 
     def natural(self, x: Any) -> Floats:
         return self.to_natural(np.asarray(x, dtype=float) / self.size)
@@ -1105,7 +1114,7 @@ def complaint(problem: Problem, exact: Exactly, b: Bounds, told: Told) -> str:
     if not (told.status == "ok" or (told.status == "ambiguous" and near_end)):
         return f"stops: {told.status}"
     if told.changes is not None:
-        changes = told.changes
+        changes = [(t, j, problem.sense * mode) for t, j, mode in told.changes]
         if is_mirrored(changes, exact.changes):
             return "h has the other sign"
         for i in range(max(len(changes), len(exact.changes))):

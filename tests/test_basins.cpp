@@ -602,7 +602,9 @@ TEST_CASE("basins: what a clock shows does not part one attractor", "[basins]") 
             CHECK(cycle.points[0][0] == Approx(18.0289).epsilon(1e-4));
         }
     }
-    check_one_attractor(clocked(ClockedBoost<3>{}, grid, Eigen::Vector4d(0, 0, 1, 0), 1.2), 1);
+    // (a current above Iref would start beyond the switch)
+    const CellGrid lower({0, 5, 25, 12}, {1, 0.2, 1.15, 12});
+    check_one_attractor(clocked(ClockedBoost<3>{}, lower, Eigen::Vector4d(0, 0, 1, 0), 1.2), 1);
     check_one_attractor(clocked(ClockedBoost<>{}, grid, Eigen::Vector4d(0, 0, 1, 0), 1.8), 2);
     const auto picture_of_clock = [] {
         return clocked(ClockedBoost<>{}, {{0, 5, 25, 5}, {3, 0, 0.09, 5}},

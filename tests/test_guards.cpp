@@ -16,7 +16,7 @@ using namespace filippov;
 
 namespace {
 
-using Track = Trace<double, 16>;
+using Track = Trace<double, 32>;
 template <class Tableau> using Stages = StageTimes<Tableau, double>;
 using Sixths = WindowTimes<double>;
 
@@ -190,7 +190,8 @@ TEMPLATE_TEST_CASE("guards: a fit tells a cubic from what is none", "[guards]",
     CHECK(broken.room() < 1);
 }
 
-TEST_CASE("guards: the room of a fit is where a wave is a twentieth of its spread off", "[guards]") {
+TEST_CASE("guards: the room of a fit is where a wave is a twentieth of its spread off",
+          "[guards]") {
     for (const double cycles : {0.05, 0.1, 0.2, 0.4}) {
         const auto wave = [](double span) {
             return fit<Samples>(

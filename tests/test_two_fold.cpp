@@ -227,7 +227,9 @@ TEMPLATE_TEST_CASE("two-fold: random ones, nonlinear, in curved coordinates and 
             if (right.kind == SlideOutcome::fold) {
                 ++folds;
                 CHECK(r.result.status == Status::ambiguous);
-                CHECK(r.events.size() == 2);
+                // (s may tend to 1, and touch it within the tolerance)
+                CHECK(r.times(EventKind::exit_sliding).empty());
+                CHECK(r.times(EventKind::cross).empty());
                 CHECK(std::abs(r.result.t / sys.t_scale - double(right.t)) <= margin);
                 CHECK(distance(sys, r.result.x, 0, 0) <= tol);
             } else if (right.kind == SlideOutcome::none) {

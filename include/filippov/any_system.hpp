@@ -429,7 +429,8 @@ private:
         return x;
     }
     void require_surface(int j) const {
-        if (!(j >= 0 && j < surface_count(sys_)))
+        // (what is asked of a system without surfaces is not looked at)
+        if (!(j >= 0 && j < std::max(1, surface_count(sys_))))
             refuse("surface", j, "expected an index of a surface");
     }
     /// Parameter k that moves, -1: none.

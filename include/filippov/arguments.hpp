@@ -32,8 +32,8 @@ template <class Sys>
 void validate_forced(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int target) {
     validate_mode("mode", mode);
     const int guards = 3 * surface_count(sys);
-    if (!(target >= -1 && target < guards && (target < 0 || target % 3 != 2)))
-        refuse("target", target, "expected Guard::below(j) or Guard::above(j) of a surface, or -1");
+    if (!(target >= -1 && target < guards))
+        refuse("target", target, "expected a Guard of a surface, or -1");
 }
 
 /// What is known of the start of a run.

@@ -128,7 +128,8 @@ FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
                           n = Times::n;
     constexpr S ta = Times::theta(a), tb = Times::theta(b);
     // divided differences at 0, ta, tb, 1
-    const S f1 = (v(a) - start) / ta, f2 = (v(b) - v(a)) / (tb - ta), f3 = (v(n) - v(b)) / (S(1) - tb);
+    const S f1 = (v(a) - start) / ta, f2 = (v(b) - v(a)) / (tb - ta),
+            f3 = (v(n) - v(b)) / (S(1) - tb);
     const S g1 = (f2 - f1) / tb, g2 = (f3 - f2) / (S(1) - ta), third = g2 - g1;
     Fit<S> fit;
     S low = start, high = start;

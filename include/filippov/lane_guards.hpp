@@ -205,7 +205,8 @@ LaneMask<W> hides_more(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& r
         const LaneMask<W> counts = k == 1 ? ~rooted : LaneMask<W>(true);
         bend = max(bend, select(counts, abs(difference), T(0)));
         if (k > 1)
-            change = max(change, select(k == 2 ? ~rooted : counts, abs(difference - previous), T(0)));
+            change =
+                max(change, select(k == 2 ? ~rooted : counts, abs(difference - previous), T(0)));
         previous = difference;
         size = max(size, abs(v[k]));
     }
@@ -213,7 +214,8 @@ LaneMask<W> hides_more(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& r
     LaneMask<W> more(false);
     for (std::size_t k = 0; k < n; ++k)
         for (const double within : {0.29, 0.74}) {
-            const double shift = 0.1 * double((k * 7) % 5) / 5, u = (double(k) + within - shift) / n;
+            const double shift = 0.1 * double((k * 7) % 5) / 5,
+                         u = (double(k) + within - shift) / n;
             const T chord = fused(T(within - shift), v[k + 1] - v[k], v[k]);
             const LaneMask<W> off = ~(abs(f(T(u)) - chord) <= allowed);
             more = more | (off & (k == 0 ? ~rooted : LaneMask<W>(true)));
@@ -227,9 +229,7 @@ template <int W> struct Fit {
     Lanes<W> off, floor, ceiling, spread;
     Lanes<W> bend; ///< the largest second derivative of the cubic
 
-    LaneMask<W> clear() const {
-        return floor > fused(Lanes<W>(8), off, Lanes<W>(1e-6) * spread);
-    }
+    LaneMask<W> clear() const { return floor > fused(Lanes<W>(8), off, Lanes<W>(1e-6) * spread); }
     LaneMask<W> resolved() const { return off <= Lanes<W>(0.02) * spread; }
     /// Where a longer step would not do: see filippov::Fit::room.
     LaneMask<W> full() const {
@@ -255,7 +255,8 @@ FILIPPOV_INLINE Fit<W> fit_of(const std::array<Lanes<W>, Size>& v) {
         sum += v[k];
         if (k == n || u == 1.0)
             continue; // an earlier, cruder stage at the end
-        const T inner = fused(T(u - tb), third, g1), cubic = fused(T(u), fused(T(u - ta), inner, f1), v[0]);
+        const T inner = fused(T(u - tb), third, g1),
+                cubic = fused(T(u), fused(T(u - ta), inner, f1), v[0]);
         off = max(off, abs(v[k] - cubic));
     }
     const T spread = high - low, noise = T(64 * epsilon<double>) * (abs(v[0]) + spread);

@@ -58,8 +58,7 @@ public:
         const Mask ends = (down.found | up.found) & ~hard;
         const X x1 = sys_.sliding_flow(t, x, p, dt);
         const Mask passes = ~hard & ~ends & finite(sum(x1));
-        const T shortest =
-            T(1e-4) * select(g[period_length] > T(0), half_period(g), g[proposal]);
+        const T shortest = T(1e-4) * select(g[period_length] > T(0), half_period(g), g[proposal]);
         const Mask shorter = hard & (dt > shortest);
 
         g.set_x(x1, passes);

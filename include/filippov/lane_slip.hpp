@@ -106,8 +106,7 @@ public:
         Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
         if (leaving.lanes == 0)
             return leaving;
-        leaving.send(doubt & plain & falls_through<Side>(g, rk, guard, dt, x1, p),
-                     fall_task(Side));
+        leaving.send(doubt & plain & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
         leaving.send(doubt, event_task(Side));
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);

@@ -334,8 +334,13 @@ private:
             what = place_.what_is_not_finite(t, place_.x);
         return fail(Status::not_finite, what.empty() ? "a stage of the step" : what);
     }
-    /// Where the field at the start of a step leads in a time too short to show another.
-    X alone(const S& dt) const { return place_.x + dt * rk_.k[0]; }
+    /// Where the field at the start of a step leads in a time too short to show another. (What
+    /// moves by more than the tolerance is a surface that has begun to jump, and takes no state
+    /// along.)
+    X alone(const S& dt) const {
+        const X moved = dt * rk_.k[0];
+        return place_.norm(moved) <= S(1) ? X(place_.x + moved) : place_.x;
+    }
     /// Leaves a slide, at guard g, for where the field leads alone.
     Stop break_off(int g, const S& dt) {
         leap(dt, alone(dt));
@@ -537,8 +542,8 @@ private:
             proposed = most * t.dt;
         if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
             dt_ = proposed;
-        reach_ = Path::slides && M == 1 ? std::numeric_limits<S>::infinity()
-                                        : reach_after<Path>(t.dt);
+        reach_ =
+            Path::slides && M == 1 ? std::numeric_limits<S>::infinity() : reach_after<Path>(t.dt);
     }
 
     /// The field where the steps begin.
@@ -689,11 +694,11 @@ private:
     Stop run_closed_form() {
         using Path = ClosedFormPath<Sys, S>;
         have_k0_ = false;
-        S longest = std::numeric_limits<S>::infinity(), window = abs_(dt_);
-        if constexpr (Path::vouched) {
+        const S period = place_.clock.period;
+        S longest = period > S(0) ? period / S(2) : std::numeric_limits<S>::infinity();
+        if constexpr (Path::vouched)
             longest = place_.sys.slide_swing(place_.p);
-            window = longest / S(4);
-        }
+        S window = Path::vouched || period > S(0) ? longest / S(4) : abs_(dt_);
         for (;;) {
             remaining_ = place_.clock.until(end_);
             if (!(forward() * remaining_ > S(0)))
@@ -722,7 +727,7 @@ private:
             }
             if (found.guard >= 0)
                 return land(path, found);
-            window = window_ * (Path::vouched ? S(4) : watch_.growth(path, true));
+            window = window_ * std::min(S(4), watch_.growth(path, !Path::vouched));
             accept(path);
             watch_.template go_on<Path>();
         }

@@ -94,7 +94,7 @@ public:
     std::vector<Tape> period; ///< none, or one
     std::vector<SurfaceKind> kind;
     bool linear_h = true; ///< every h is linear in t and x
-    int splits = 0; ///< surfaces that are no jumps; they come first
+    int splits = 0;       ///< surfaces that are no jumps; they come first
     // of one surface
     Tape normal; ///< L1 and L2 in a slide
     Tape slide;  ///< the sliding field

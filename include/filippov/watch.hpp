@@ -18,10 +18,10 @@ namespace filippov {
 
 /// The event that a step shows first.
 template <class S> struct Found {
-    int guard = -1;     ///< -1: none
-    S theta = S(2);     ///< where in the step
-    bool touch = false; ///< an extremum that touches zero, not a root
-    int pole = -1;      ///< of the end of a slide: the guard of L1 - L2, if that ends with it
+    int guard = -1;       ///< -1: none
+    S theta = S(2);       ///< where in the step
+    bool touch = false;   ///< an extremum that touches zero, not a root
+    int pole = -1;        ///< of the end of a slide: the guard of L1 - L2, if that ends with it
     bool blurred = false; ///< a guard swings too fast in the step to tell
 };
 
@@ -192,9 +192,10 @@ public:
     ///
     /// A field's error estimate bounds a step by how the state bends. It says nothing of s along a
     /// slide, nor of an h or a section that is not linear in t and x (where the field is constant,
-    /// one that has looked linear may be none). Those are held against a cubic: at the probes, and where these are off it,
-    /// or too few, at samples on the path. Too few they are in slides, and where the estimate told
-    /// nothing, if a sixteenth of the time since the mode began fits between them.
+    /// one that has looked linear may be none). Those are held against a cubic: at the probes, and
+    /// where these are off it, or too few, at samples on the path. Too few they are in slides, and
+    /// where the estimate told nothing, if a sixteenth of the time since the mode began fits
+    /// between them.
     /// @param unjudged  of the step's length the error estimate told nothing
     /// @param elapsed   since the mode began
     template <class Path> FILIPPOV_INLINE void look(Path& path, bool unjudged, const S& elapsed) {
@@ -340,9 +341,12 @@ public:
             const S size = std::max(abs_(r.low), abs_(r.high));
             if (!(abs_(w.probe[Path::Times::n]) <= S(1e-6) * size))
                 continue;
-            const S value = guard_value(g, S(at_.clock.local + path.dt), path.x1);
-            const S band = g < Guard<M>::first_section ? touch_band(g, true)
-                                                       : (last ? S(64) * epsilon<S> * size : S(-1));
+            const S t = at_.clock.local + path.dt, value = guard_value(g, t, path.x1);
+            S band = g < Guard<M>::first_section ? touch_band(g, true)
+                                                 : (last ? S(64) * epsilon<S> * size : S(-1));
+            if (last && off_surface(g)) // what is met sooner than time can tell is met
+                band += S(4) * ulp(t) *
+                        abs_(normal_component(at_.sys, g / 3, t, path.x1, at_.p, path.end_field()));
             if (abs_(value) <= band && w.start > band)
                 return {g, S(1), false};
         }
@@ -414,8 +418,7 @@ private:
 
     // --- guards with a pace of their own -------------------------------------------------------
 
-    template <class Path>
-    FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
+    template <class Path> FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
         bool any = false;
         for (const int g : active_guards()) {
             trace(g).own_pace = keeps_pace(g, path, unjudged);
@@ -468,7 +471,8 @@ private:
                 continue;
             const X gradient = grad_h(at_.sys, j, at_.clock.local, at_.x, at_.p);
             const S rate = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p);
-            surface.linear = !surface.seen || (surface.rate == rate && surface.gradient == gradient);
+            surface.linear =
+                !surface.seen || (surface.rate == rate && surface.gradient == gradient);
             surface.seen = true;
             surface.gradient = gradient;
             surface.rate = rate;
@@ -478,15 +482,16 @@ private:
     template <class Path>
     FILIPPOV_COLD void look_closely(Path& path, bool quiet, const S& elapsed) {
         using Times = typename Path::Times;
-        bool more = !Path::exact_probes && quiet &&
-                    abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
+        bool more =
+            !Path::exact_probes && quiet && abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
             w.sampled = false;
             if (!w.own_pace || w.sense == S(0))
                 continue;
             w.fit = fit_of<Times>(w.start, [&](std::size_t k) { return w.probe[k]; }, noise(g));
-            more = more || !(w.fit.clear() || w.fit.resolved());
+            // (what swings at the beat of equidistant probes looks still at them)
+            more = more || Times::equidistant || !(w.fit.clear() || w.fit.resolved());
         }
         if (!more)
             return;
@@ -536,15 +541,14 @@ private:
     }
     /// What rounding alone may make of guard g.
     S noise(int g) const {
-        const S of_value =
-            S(64) * epsilon<S> * (abs_(trace(g).start) + trace(g).fit.spread);
+        const S of_value = S(64) * epsilon<S> * (abs_(trace(g).start) + trace(g).fit.spread);
         return g < Guard<M>::first_section ? of_value + touch_band(g, true) : of_value;
     }
     /// By how much the next step may be longer for the sake of guard g. What is not smooth up
     /// close, as the rounding of what cancels within h, would hold back the steps for nothing.
     template <class Path> FILIPPOV_COLD S room_of(int g, Path& path) const {
-        const S room = trace(g).sense != S(0) ? trace(g).fit.room()
-                                              : std::numeric_limits<S>::infinity();
+        const S room =
+            trace(g).sense != S(0) ? trace(g).fit.room() : std::numeric_limits<S>::infinity();
         if (room >= S(1))
             return room;
         const auto off_in = [&](const S& part) { // of the step, from its start
@@ -642,7 +646,7 @@ private:
     Found<S> event_of(int g, Path& path, const Raw& raw, bool patient) {
         using Times = typename Path::Times;
         GuardTrace& w = trace(g);
-        if (const std::size_t k = w.template falls_through<Times>())
+        if (const std::size_t k = w.own_pace ? 0 : w.template falls_through<Times>())
             return {g,
                     bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
                                       Times::theta(k), w.probe[k]),
@@ -793,7 +797,7 @@ private:
     };
     std::array<GuardTrace, n_guards> traces_{};
     std::array<Surface, std::size_t(M)> surfaces_{};
-    std::array<int, n_guards> active_{};       ///< those that the mode has and somebody watches
+    std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
     int n_active_ = 0;
     bool any_pace_ = false; ///< some of them may keep a pace of their own
 };

@@ -32,6 +32,7 @@ _DEFLATED, _ZSTANDARD = 1032, 2**15
 #: Arrays of nothing but their fill value have no byte in a zarr group.
 _FREE = 2**26
 
+_NAME = re.compile(r"[A-Za-z0-9_-]{1,80}")
 _KINDS = re.compile(r"bool|u?int(8|16|32|64)|float(16|32|64)|complex(64|128)")
 
 
@@ -115,16 +116,18 @@ def _require_header(stream: Any, member: zipfile.ZipInfo) -> None:  # noqa: ANN4
 def _require_group(path: Path, most: int) -> None:
     on_disk = 0
     arrays: dict[str, tuple[int, int]] = {}  # rows and bytes
-    for file in _files(path):
+    root = _told_by(path / "zarr.json")["attributes"]
+    inside = root.get("arrays")
+    # what another process is removing beside the arrays is no part of it
+    held = path / inside if isinstance(inside, str) and _NAME.fullmatch(inside) else path
+    for part in path.iterdir():
+        require(not part.is_symlink(), "it has links to other places")
+    for file in _files(held):
         on_disk += file.stat().st_size
         if file.name == "zarr.json":
-            require(file.stat().st_size <= MOST_WORDS, "its words take too many bytes")
-            told = json.loads(file.read_text())
-            require(told.get("zarr_format") == 3, "a part of it is of another format")
-            require(not told.get("consolidated_metadata"), "its parts are described twice")
+            told = _told_by(file)
             if told["node_type"] == "array":
                 arrays[file.parent.name] = _require_array(file.parent, told)
-    root = json.loads((path / "zarr.json").read_text())["attributes"]
     total = sum(size for _, size in arrays.values())
     for name, columns in root.get("records", {}).items():
         total += _size_of_records(name, columns, arrays)
@@ -132,6 +135,16 @@ def _require_group(path: Path, most: int) -> None:
         total <= _FREE + _ZSTANDARD * on_disk, "it declares more than its bytes on disk can hold"
     )
     _require_total(total, most)
+
+
+def _told_by(file: Path) -> Any:  # noqa: ANN401 - JSON
+    """Give what a group or an array of it says of itself."""
+    require(not file.is_symlink(), "it has links to other places")
+    require(file.stat().st_size <= MOST_WORDS, "its words take too many bytes")
+    told = json.loads(file.read_text())
+    require(told.get("zarr_format") == 3, "a part of it is of another format")
+    require(not told.get("consolidated_metadata"), "its parts are described twice")
+    return told
 
 
 def _files(path: Path) -> Iterator[Path]:

@@ -274,7 +274,7 @@ FUNCTIONS = {
         {"sys": typed},
         {"sys": "system", "c1": "above 0", "law": "word", "band": "above 0"},
     ),
-    "load": ({"path": "nowhere.npz"}, {"path": "path"}),
+    "load": ({"path": "nowhere.npz"}, {"path": "path", "most_bytes": "above 0"}),
     "show_config": ({}, {"mode": "word"}),
 }  # fmt: skip
 WRONG["bounds with cells"] = boxes(

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Fields that are quiet, and what is watched has a pace of its own: s along a slide, a surface that
+// moves or is curved, a user's section. Oracles are functions of time, scanned and bisected.
+#include "ensembles.hpp"
+
+#include <filippov/rodas5p.hpp>
+#include <filippov/trajectory.hpp>
+
+using namespace ensembles;
+
+namespace {
+
+/// A wave, a second one, a slope and a dip.
+struct Shape {
+    double a = 0, omega = 1, phase = 0, b = 0, rate = 0, slope = 0, dip = 0, at = 0, width = 1;
+
+    template <class S> S operator()(const S& t) const {
+        using std::cos;
+        using std::exp;
+        const S u = (t - S(at)) / S(width);
+        return S(a) * cos(S(omega) * t + S(phase)) + S(b) * cos(S(rate) * t) + S(slope) * t +
+               S(dip) * exp(-u * u);
+    }
+};
+
+/// x' = g(t) - sign x: at rest at 0 while |g| < 1.
+struct Resting {
+    static constexpr int dim = 1;
+    static constexpr std::array<std::string_view, 1> params{"period"};
+    template <class S> using X = Vec<S, 1>;
+    template <class S> using P = Vec<S, 1>;
+    Shape g;
+    bool forced = false;
+
+    template <class S> X<S> f1(const S& t, const X<S>&, const P<S>&) const {
+        return X<S>(g(t) + S(1));
+    }
+    template <class S> X<S> f2(const S& t, const X<S>&, const P<S>&) const {
+        return X<S>(g(t) - S(1));
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[0]; }
+    template <class S> S period(const P<S>& p) const { return p[0]; } // none, if it is 0
+};
+
+/// A block on a belt of speed V, its spring slack or not, driven by g(t).
+struct Carried {
+    static constexpr int dim = 2;
+    template <class S> using X = Vec<S, 2>;
+    template <class S> using P = Vec<S, 0>;
+    Shape g;
+    double V = 0.1, k = 1;
+
+    template <class S> X<S> side(const S& t, const X<S>& x, double push) const {
+        return X<S>(x[1], g(t) - S(k) * x[0] + S(push));
+    }
+    template <class S> X<S> f1(const S& t, const X<S>& x, const P<S>&) const {
+        return side(t, x, 1);
+    }
+    template <class S> X<S> f2(const S& t, const X<S>& x, const P<S>&) const {
+        return side(t, x, -1);
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[1] - S(V); }
+};
+
+/// A constant field below a surface that moves.
+struct Swinging {
+    static constexpr int dim = 1;
+    template <class S> using X = Vec<S, 1>;
+    template <class S> using P = Vec<S, 0>;
+    Shape g;
+    double c = 0.1;
+
+    template <class S> X<S> f1(const S&, const X<S>&, const P<S>&) const { return X<S>(S(c)); }
+    template <class S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
+        return f1(t, x, p);
+    }
+    template <class S> S h(const S& t, const X<S>& x, const P<S>&) const {
+        return x[0] - g(t) - S(5);
+    }
+};
+
+/// A constant field over a curved surface, z = a sin(omega x) + b cos(rate x).
+struct Hilly {
+    static constexpr int dim = 2;
+    template <class S> using X = Vec<S, 2>;
+    template <class S> using P = Vec<S, 0>;
+    Shape g;
+
+    template <class S> X<S> f1(const S&, const X<S>&, const P<S>&) const {
+        return X<S>(S(1), S(-0.02));
+    }
+    template <class S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
+        return f1(t, x, p);
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[1] - g(x[0]); }
+};
+
+/// A body on a floor: it lies there while g(t) is less than its weight.
+struct Lying {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    template <class S> using X = Vec<S, 2>;
+    template <class S> using P = Vec<S, 0>;
+    Shape g;
+    double weight = 1;
+
+    template <class S> X<S> f(const S& t, const X<S>& x, const P<S>&) const {
+        return X<S>(x[1], g(t) - S(weight));
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[0]; }
+    template <class S> X<S> jump(int, const S&, const X<S>& x, const P<S>&) const {
+        return X<S>(x[0], S(0) * x[1]);
+    }
+};
+
+constexpr double T = 40;
+
+/// The first time at which v, positive before, is not; infinite if it stays positive. NaN if it
+/// comes so near to zero, or so shortly below it, that a scan or a run may see another thing.
+template <class F> double first_zero(F v, double omega) {
+    const double dt = 0.02 / std::max(omega, 1.0);
+    double before = v(0.0);
+    for (double t = dt; t <= T; t += dt) {
+        const double now = v(t), next = v(t + dt);
+        if (now <= 0) {
+            double low = t - dt, high = t;
+            for (int k = 0; k < 60; ++k)
+                (v((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
+            double deepest = 0; // of the visit
+            for (double u = high; v(u) <= 0 && u < T; u += dt / 4)
+                deepest = std::min(deepest, v(u));
+            return deepest < -1e-4 ? high : no_number;
+        }
+        if (now < before && now < next && now < 1e-3)
+            return no_number;
+        before = now;
+    }
+    return inf;
+}
+
+Shape draw(Random& random) {
+    Shape g;
+    g.a = random(0.3, 0.95);
+    g.omega = std::exp(random(-1, 4));
+    g.phase = random(0, 6);
+    g.slope = random(-0.03, 0.03);
+    if (random.below(3) == 0) {
+        g.b = random(0, 0.3);
+        g.rate = std::exp(random(-1, 4));
+    }
+    return g;
+}
+double quickest(const Shape& g) { return std::max(g.omega, g.rate); }
+
+template <class Run> double first(const Run& run, std::initializer_list<EventKind> kinds) {
+    for (const auto& event : run.events)
+        for (const EventKind kind : kinds)
+            if (event.kind == kind)
+                return event.t;
+    return inf;
+}
+const std::initializer_list<EventKind> leaves{EventKind::exit_sliding},
+    meets{EventKind::cross, EventKind::enter_sliding, EventKind::graze};
+
+/// Members in lanes against single runs of them.
+template <class Sys> void compare(const Sys& sys, const Members<Sys>& members) {
+    const auto settings = tolerance<Sys>(1e-8);
+    const auto all = run(sys, members, settings);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        const auto& m = members[i];
+        const auto one = simulate<DormandPrince8>(sys, m.p, m.x, m.t0, m.t_end, settings);
+        CAPTURE(i);
+        CHECK(all.outcomes[i].status == one.result.status);
+        CHECK((all.outcomes[i].x - one.result.x).cwiseAbs().maxCoeff() < 1e-5);
+        CHECK(all.outcomes[i].mode == one.result.mode[0]);
+    }
+}
+
+/// Compares with the oracle, within what a tolerance of 1e-8 makes of times.
+void check(double found, double exact) {
+    if (exact < T)
+        CHECK(found == Approx(exact).margin(1e-5));
+    else
+        CHECK(found == exact);
+}
+
+} // namespace
+
+TEMPLATE_TEST_CASE("pace: a slide whose field is constant ends when s says so", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    Random random(1);
+    int n = 0;
+    for (int i = 0; i < 150; ++i) {
+        Resting sys{draw(random)};
+        const double exact =
+            first_zero([&](double t) { return 1 - std::abs(sys.g(t)); }, quickest(sys.g));
+        if (!(exact == exact) || std::abs(sys.g(0.0)) > 0.99)
+            continue;
+        CAPTURE(i, sys.g.omega);
+        ++n;
+        const Vec<double, 1> none(0.0), declared(6.283185307179586 / sys.g.omega);
+        check(first(simulate<TestType>(sys, none, none, 0, T, {.rtol = 1e-8}), leaves), exact);
+        if (sys.g.slope == 0 || i % 2 == 0) {
+            sys.g.slope = sys.g.b = 0; // what is declared to repeat does
+            const double repeats =
+                first_zero([&](double t) { return 1 - std::abs(sys.g(t)); }, sys.g.omega);
+            if (repeats == repeats)
+                check(first(simulate<TestType>(sys, declared, none, 0, T, {.rtol = 1e-8}), leaves),
+                      repeats);
+        }
+    }
+    CHECK(n > 80);
+}
+
+TEMPLATE_TEST_CASE("pace: a block on a slow belt, and one at rest, slip when the force says so",
+                   "[pace]", DormandPrince5, DormandPrince8, Rodas5P) {
+    Random random(2);
+    int n = 0;
+    for (int i = 0; i < 150; ++i) {
+        const Carried sys{draw(random), i % 3 == 0 ? 0 : random(0.01, 0.3), random(0, 1)};
+        const double x0 = random(-0.05, 0.05);
+        const auto pull = [&](double t) { return sys.g(t) - sys.k * (x0 + sys.V * t); };
+        const double exact =
+            first_zero([&](double t) { return 1 - std::abs(pull(t)); }, quickest(sys.g));
+        if (!(exact == exact) || std::abs(pull(0)) > 0.99)
+            continue;
+        CAPTURE(i, sys.g.omega, sys.V);
+        ++n;
+        check(first(simulate<TestType>(sys, {}, Vec<double, 2>(x0, sys.V), 0, T, {.rtol = 1e-8}),
+                    leaves),
+              exact);
+    }
+    CHECK(n > 80);
+}
+
+TEMPLATE_TEST_CASE("pace: a constant field meets a surface that swings or is hilly", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    Random random(3);
+    int n = 0;
+    for (int i = 0; i < 150; ++i) {
+        Shape g = draw(random);
+        const double c = random(0, 0.4);
+        const Swinging sys{g, c};
+        const double exact = first_zero([&](double t) { return g(t) + 5 - c * t; }, quickest(g));
+        CAPTURE(i, g.omega);
+        if (exact == exact) {
+            ++n;
+            check(first(simulate<TestType>(sys, {}, Vec<double, 1>(0.0), 0, T, {.rtol = 1e-8}),
+                        meets),
+                  exact);
+        }
+        const Hilly hills{g};
+        const double z0 = g(0.0) + random(0.3, 1.5);
+        const double hit = first_zero([&](double t) { return z0 - 0.02 * t - g(t); }, quickest(g));
+        if (hit == hit) {
+            ++n;
+            check(first(simulate<TestType>(hills, {}, Vec<double, 2>(0, z0), 0, T, {.rtol = 1e-8}),
+                        meets),
+                  hit);
+        }
+    }
+    CHECK(n > 150);
+}
+
+TEMPLATE_TEST_CASE("pace: a body lies on the floor until the force lifts it", "[pace]",
+                   DormandPrince5, DormandPrince8) {
+    Random random(4);
+    int n = 0;
+    for (int i = 0; i < 150; ++i) {
+        const Lying body{draw(random), random(0.3, 1.0)};
+        const auto lifted = [&](double t) { return body.weight - body.g(t); };
+        const double exact = first_zero(lifted, quickest(body.g));
+        if (!(exact == exact) || !(lifted(0.0) > 0.02))
+            continue;
+        ++n;
+        CAPTURE(i, body.g.omega, body.weight);
+        check(
+            first(simulate<TestType>(body, {}, Vec<double, 2>(0, 0), 0, T, {.rtol = 1e-8}), leaves),
+            exact);
+    }
+    CHECK(n > 60);
+}
+
+TEMPLATE_TEST_CASE("pace: a section is met whenever it is zero, in a slide and off it", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    Random random(5);
+    for (int i = 0; i < 60; ++i) {
+        Shape g = draw(random);
+        g.omega = std::min(g.omega, 20.0);
+        g.b = 0;
+        const double level = g.a * random(-0.9, 0.9);
+        int crossings = 0;
+        const double dt = 1e-3;
+        for (double t = 0; t + dt <= T; t += dt)
+            crossings += (g(t) - level) * (g(t + dt) - level) < 0;
+        const auto section = [&](const auto& t, const auto&, const auto&) { return g(t) - level; };
+        Resting rests{{.slope = 1e-3}}; // a slide throughout
+        const Vec<double, 1> none(0.0);
+        CAPTURE(i, g.omega);
+        for (const double x0 : {0.0, 200.0}) { // 200: never there
+            EventLog<double, 1, 1> log;
+            const auto end = flow<TestType>(rests, none, Vec<double, 1>(x0), 0, T, {.rtol = 1e-8},
+                                            log, sections(Section{section, 0}));
+            CHECK(end.status == Status::ok);
+            int met = 0;
+            for (const auto& event : log.events)
+                met += event.kind == EventKind::section;
+            CHECK(met == crossings);
+        }
+    }
+}
+
+TEST_CASE("pace: a visit beyond zero is found if it lasts a sixteenth of the time before it",
+          "[pace]") {
+    Random random(6);
+    for (int i = 0; i < 300; ++i) {
+        Resting sys;
+        sys.g.dip = 1.4;
+        sys.g.at = random(2, 30);
+        // wider than 1 for at / 15
+        sys.g.width = sys.g.at / 30 / std::sqrt(std::log(1.4));
+        const double exact = first_zero([&](double t) { return 1 - sys.g(t); }, 10);
+        CAPTURE(i, sys.g.at, exact);
+        const Vec<double, 1> none(0.0);
+        check(first(simulate<DormandPrince5>(sys, none, none, 0, T, {.rtol = 1e-8}), leaves),
+              exact);
+        check(first(simulate<DormandPrince8>(sys, none, none, 0, T, {.rtol = 1e-8}), leaves),
+              exact);
+    }
+}
+
+TEST_CASE("pace: lanes see what single runs see", "[pace]") {
+    Random random(7);
+    for (int i = 0; i < 40; ++i) {
+        const Resting rests{draw(random)};
+        if (std::abs(rests.g(0.0)) > 0.99)
+            continue;
+        const Swinging swings{draw(random), random(0, 0.3)};
+        CAPTURE(i, rests.g.omega, swings.g.omega);
+        Members<Resting> at_rest;
+        Members<Swinging> below;
+        for (int k = 0; k < 16; ++k) {
+            at_rest.push_back({Vec<double, 1>(0.0), Vec<double, 1>(0.0), 0.0, 2.0 + 2 * k});
+            below.push_back({Vec<double, 1>(0.1 * k), Vec<double, 0>(), 0.0, 20.0});
+        }
+        compare(rests, at_rest);
+        compare(swings, below);
+    }
+}
+
+TEST_CASE("pace: what is quiet is crossed in long steps", "[pace]") {
+    const Vec<double, 1> none(0.0);
+    Resting still;
+    still.g.slope = 1e-9;
+    const auto slides = simulate<DormandPrince8>(still, none, none, 0, 1e6, {.rtol = 1e-8});
+    CHECK(slides.result.status == Status::ok);
+    CHECK(slides.pieces.size() < 100);
+    const Swinging calm{{.slope = 1e-6}, 1e-6};
+    const auto passes =
+        simulate<DormandPrince8>(calm, {}, Vec<double, 1>(0.0), 0, 1e6, {.rtol = 1e-8});
+    CHECK(passes.pieces.size() < 100);
+}
