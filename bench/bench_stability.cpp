@@ -67,21 +67,13 @@ bool one_case(const std::string& which, Report& report, bool talk) {
     return found;
 }
 
-double quantile(std::vector<double>& v, double q) {
-    if (v.empty())
-        return 0;
-    const auto at = v.begin() + std::ptrdiff_t(q * double(v.size() - 1));
-    std::nth_element(v.begin(), at, v.end());
-    return *at;
-}
-
 Cell print(Report& report, nlohmann::json& results) {
     std::printf("%-5s %-12s %-6s %9s %9s %9s %8s %8s %6s %8s %8s %8s %9s %9s  %s\n", "shape",
                 "method", "tol", "runs", "right", "delicate", "many", "several", "wrong", "median",
                 "99.9 %", "worst", "us a run", "longest", "case");
     Cell all;
     for (auto& [key, c] : report.cells) {
-        const double median = quantile(c.ratios, 0.5), high = quantile(c.ratios, 0.999);
+        const double median = c.quantile(0.5), high = c.quantile(0.999);
         std::printf("%-5s %-12s %-6s %9lld %9lld %9lld %8lld %8lld %6lld %8.2f %8.2f %8.2f "
                     "%9.1f %9.0f  %llu\n",
                     key[0].c_str(), key[1].c_str(), key[2].c_str(), c.runs(), c.count[right],

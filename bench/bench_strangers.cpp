@@ -60,14 +60,6 @@ bool one_case(const std::string& which, Report& report, bool talk) {
     return false;
 }
 
-double quantile(std::vector<double>& v, double q) {
-    if (v.empty())
-        return 0;
-    const auto at = v.begin() + std::ptrdiff_t(q * double(v.size() - 1));
-    std::nth_element(v.begin(), at, v.end());
-    return *at;
-}
-
 /// One line a family and method; returns the sum of all.
 Cell print(Report& report, nlohmann::json& results) {
     std::map<std::array<std::string, 2>, Cell> lines;
@@ -79,7 +71,7 @@ Cell print(Report& report, nlohmann::json& results) {
     std::printf("%-12s %-13s %9s %9s %9s %7s %8s %8s %9s %10s  %s\n", "family", "method", "runs",
                 "right", "delicate", "wrong", "median", "worst", "us a run", "longest", "case");
     for (auto& [key, c] : lines) {
-        const double median = quantile(c.ratios, 0.5);
+        const double median = c.quantile(0.5);
         std::printf("%-12s %-13s %9lld %9lld %9lld %7lld %8.2g %8.2g %9.1f %10.0f  %llu\n",
                     key[0].c_str(), key[1].c_str(), c.runs(), c.count[stability::right],
                     c.count[stability::delicate], c.count[stability::wrong], median, c.worst,

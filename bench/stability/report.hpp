@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -26,6 +27,14 @@ struct Cell {
     double seconds = 0, longest = 0; ///< of all runs, and of one
 
     long long runs() const { return std::accumulate(count.begin(), count.end(), 0LL); }
+    /// Of the ratios, which change their order.
+    double quantile(double q) {
+        if (ratios.empty())
+            return 0;
+        const auto at = ratios.begin() + std::ptrdiff_t(q * double(ratios.size() - 1));
+        std::nth_element(ratios.begin(), at, ratios.end());
+        return *at;
+    }
     void operator+=(const Cell& c) {
         for (std::size_t v = 0; v < n_verdicts; ++v)
             count[v] += c.count[v];

@@ -452,7 +452,6 @@ private:
     bool is_linear(int j) const { return surfaces_[idx(j)].linear; }
     /// True if h_j changes over a step as its gradient says.
     template <class Path> bool is_straight(int g, const Path& path) const {
-        using std::sqrt;
         const Surface& surface = surfaces_[idx(g / 3)];
         const GuardTrace& w = trace(g);
         S linear = surface.rate * path.dt, size = abs_(w.start) + abs_(w.probe[Path::Times::n]);
