@@ -43,12 +43,6 @@ void campaign(const Family& family, std::uint64_t first, long long n, int thread
     });
 }
 
-/// Families in which some runs are known to be wrong: a test of what is right leaves them out. What
-/// is wrong with them is in docs/hard-cases.md.
-bool is_open(const std::string& family) {
-    return family == "belts" || family == "contacts" || family == "several";
-}
-
 /// "slides:17": problem 17 of a family. False if there is no such family.
 bool one_case(const std::string& which, Report& report, bool talk) {
     const auto colon = which.find(':');
@@ -194,7 +188,7 @@ int main(int argc, char** argv) {
     const double start = bench::wall_ms();
     bool found = false;
     for (const Family& family : families())
-        if (only == family.name || (only.empty() && !(options.quick && is_open(family.name)))) {
+        if (only == family.name || only.empty()) {
             const double begun = bench::wall_ms();
             campaign(family, first, problems > 0 ? problems : runs / family.runs_a_problem + 1,
                      threads, report);

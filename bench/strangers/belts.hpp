@@ -32,6 +32,7 @@ public:
                 t_ = d < to - t_ ? t_ + d : to;
                 x_ = at(x_, kx_, d, 1) + nudge_.of(0);
                 v_ = mode_ == 0 ? belt(t_, x_) : at(v_, kv_, d, 1) + nudge_.of(1);
+                farthest_ = std::max(farthest_, std::abs(v_ - belt(t_, x_)));
             } else if (theta < 0 || e.changes.size() > 2000) {
                 e.fate = Exactly::undecided;
             } else {
@@ -116,7 +117,8 @@ private:
     }
     /// What is positive as long as the mode lasts.
     Long margin(Long t, Long x, Long v) const {
-        return mode_ == 0 ? 1 - std::abs(s(t, x)) : mode_ * (v - belt(t, x));
+        // (a dip of s beyond its end that is lower than the tolerance may be a touch)
+        return mode_ == 0 ? 1 + 20 * nudge_.of(1) - std::abs(s(t, x)) : mode_ * (v - belt(t, x));
     }
     Long margin_within(Long d, Long theta) const {
         return margin(t_ + theta * d, at(x_, kx_, d, theta),
@@ -176,6 +178,13 @@ private:
             if (std::abs(d - before) <= 1e-19L * (std::abs(t) + std::abs(d)))
                 break;
         }
+        // Of a slip that hardly leaves the belt, by a few tolerances, nothing is known.
+        for (int k = 1; k < 8; ++k)
+            farthest_ = std::max(farthest_, margin_within(d, Long(k) / 8));
+        if (mode_ != 0 && slipped_ && farthest_ < 100 * nudge_.size)
+            e.fate = Exactly::undecided;
+        farthest_ = 0;
+        slipped_ = mode_ == 0;
         t_ = t + d;
         x_ = at(x, kx_, d, 1);
         v_ = belt(t_, x_);
@@ -187,6 +196,8 @@ private:
     const BeltLaw& law_;
     Long pace_;
     Nudge nudge_;
+    bool slipped_ = false; ///< this slip began at the end of a slide,
+    Long farthest_ = 0;    ///< and came so far from the belt
     Long t_ = 0, x_ = 0, v_ = 0;
     int mode_ = 0;
     Nodes kx_{}, kv_{};

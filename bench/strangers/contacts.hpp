@@ -13,7 +13,8 @@ namespace filippov::strangers {
 class BodyPath {
 public:
     BodyPath(const Body& body, Long y, Long v, Long t, Long t_end, Long nudge)
-        : body_(body), rate_(nudge / Long(body.pace())), t_(t), y_(y + nudge), v_(v + nudge) {
+        : body_(body), rate_(nudge / Long(body.pace())), nudge_(std::abs(nudge)), t_(t),
+          y_(y + nudge), v_(v + nudge) {
         const Long step = std::min(Long(body.pace()), (t_end - t) / 64);
         while (known) {
             const bool resting = resting_;
@@ -56,17 +57,32 @@ private:
     void leave(Long t, Long y, Long v) {
         set(t, y, v);
         resting_ = false;
+        taken_off_ = true;
         changes.emplace_back(t, 1);
     }
     void hit(Long t, Long y, Long v) {
+        // Of a flight that is lower than a few tolerances nothing is known.
+        const Long middle = t_ + (t - t_) / 2;
+        known = known && !(taken_off_ && height(middle) - floor(middle, 0) < 100 * nudge_);
+        taken_off_ = false;
         const Long w = floor(t, 1), back = Long(body_.e) * (w - v);
         set(t, y, w + back);
-        if (back > 1e-11L)
+        Long push = pressure(t);
+        const auto lower_than = [&](Long y_max) {
+            return nudge_ > 0 && push > 0 && back * back < 2 * push * y_max;
+        };
+        const Long rounding = 64 * 0x1p-53L * (std::abs(y) + std::abs(t * w));
+        if (back > 1e-11L && !lower_than(std::max(100 * nudge_, rounding)))
             return;
+        // Bounces lower than a few tolerances end where they would under a constant force, but for
+        // what is lower than rounding of doubles.
+        if (back > 1e-11L) {
+            t += 2 * back / (push * (1 - Long(body_.e))) - std::sqrt(rounding / push);
+            push = pressure(t);
+        }
         // the force decides whether it stays
-        const Long push = pressure(t);
         known = known && std::abs(push) > 1e-9L;
-        set(t, y, w);
+        set(t, floor(t, 0), floor(t, 1));
         if (push > 0) {
             resting_ = true;
             changes.emplace_back(t, 0);
@@ -74,9 +90,10 @@ private:
     }
 
     const Body& body_;
-    Long rate_;
+    Long rate_; ///< by which the force is off: what moves it by the nudge within its pace
+    Long nudge_;
     Long t_, y_, v_;
-    bool resting_ = false;
+    bool resting_ = false, taken_off_ = false;
     int events_ = 0;
 };
 
@@ -140,7 +157,7 @@ inline std::unique_ptr<ContactProblem> draw_contact(std::uint64_t seed) {
         Body& body = q->law.bodies.bodies[j];
         body.weight = dice.uniform(0.5, 1.5);
         body.e = dice.chance(0.7) ? 0 : dice.uniform(0.1, 0.7);
-        const double kind = dice.uniform(0, 1), part = dice.logarithmic(1e-4, 1);
+        const double kind = dice.uniform(0, 1), part = dice.logarithmic(1e-3, 1);
         const double peak = body.weight * (1 + (dice.chance(0.8) ? part : -part / 2));
         body.floor = Wave(dice.uniform(-0.5, 0.5));
         if (kind < 0.7) { // a force that swings; else a floor that does

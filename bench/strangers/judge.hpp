@@ -171,11 +171,10 @@ private:
                 const bool late =
                     i >= changes.size() ||
                     (i < exact.changes.size() && speed * changes[i].t > exact.changes[i].t);
-                return std::string(late ? "missed a change" : "invented a change") + " (at " +
-                       (i < changes.size() ? digits("%.12g", double(speed * changes[i].t))
-                                           : std::string("none")) +
+                return std::string(late ? "missed a change" : "invented a change") + " (" +
+                       (i < changes.size() ? said(changes[i], speed) : std::string("none")) +
                        " in place of " +
-                       (i < exact.changes.size() ? digits("%.12g", double(exact.changes[i].t))
+                       (i < exact.changes.size() ? said(exact.changes[i], 1)
                                                  : std::string("none")) +
                        ")";
             }
@@ -193,6 +192,10 @@ private:
                                                  : std::string("none"));
         }
         return ratio <= multiple ? std::string() : std::string("another end");
+    }
+    template <class Each> static std::string said(const Each& each, Long speed) {
+        return "surface " + std::to_string(each.surface) + " to " + std::to_string(each.mode) +
+               " at " + digits("%.12g", double(speed * each.t));
     }
     /// Without what happens in the first and last instants.
     std::vector<Told::Seen> story_of(const Told& told, double t0, double t_end) const {

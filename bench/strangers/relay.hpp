@@ -28,7 +28,7 @@ public:
     /// @param nudge  an error a step, of this pace
     RelayPath(const Relay& relay, Long z, Long y, bool on_surface, Long t, Long t_end, Long nudge,
               Long pace)
-        : relay_(relay), way_(t_end < t ? -1 : 1), rate_(nudge / pace) {
+        : relay_(relay), way_(t_end < t ? -1 : 1), rate_(nudge / pace), nudge_(nudge) {
         t *= way_;
         t_end *= way_;
         const Long span = t_end - t;
@@ -41,6 +41,10 @@ public:
             const Long root = first_root([&](Long at) { return margin(p, at); }, p.t, t_end, step);
             if (!(root <= t_end))
                 return;
+            // Of a slip that hardly leaves its surface, by a few tolerances, nothing is known.
+            known = known &&
+                    !(p.mode != 0 && pieces.size() > 1 && pieces[pieces.size() - 2].mode == 0 &&
+                      margin(p, p.t + (root - p.t) / 2) < 100 * std::abs(nudge_));
             mode = next(root, p.mode);
             pieces.push_back({root, mode, height(p, root), other(p, root)});
         }
@@ -85,7 +89,8 @@ private:
     Long margin(const Piece& p, Long t) const {
         if (p.mode != 0)
             return p.mode * (height(p, t) - g(t, 0));
-        return 1 - std::abs((a(t, 0) + rate_ - g(t, 1)) / b());
+        // (a dip of s beyond its end that is lower than the tolerance may be a touch)
+        return 1 + 20 * nudge_ - std::abs((a(t, 0) + rate_ - g(t, 1)) / b());
     }
     /// The mode after the surface was met, or left.
     int next(Long t, int before) {
@@ -99,7 +104,7 @@ private:
 
     const Relay& relay_;
     int way_;
-    Long rate_;
+    Long rate_, nudge_;
 };
 
 } // namespace filippov::strangers

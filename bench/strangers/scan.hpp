@@ -32,13 +32,19 @@ template <class F> Long first_root(const F& f, Long from, Long to, Long step) {
         const Long t = std::min(to, from + (k <= 16 ? d * Long(k) / 16 : d * Long(k - 15)));
         const Long f2 = f(t);
         if (!(f2 > 0)) {
-            if (k == 1) { // it falls at once, or it rises later than here
-                Long a = from + (t - from) / 1024;
+            if (k == 1) { // it falls at once, or it has risen and come back before the first sample
+                Long a = t;
+                for (int halved = 0; halved < 36 && !(f(a) > 0); ++halved)
+                    a = from + (a - from) / 2;
                 return f(a) > 0 ? bisect(a, t) : from;
             }
             return bisect(t1, t);
         }
-        if (k > 2 && f1 <= f0 && f1 <= f2 && f1 < 0.2L * (std::abs(f0) + std::abs(f2)) + 0.05L) {
+        // (the last samples may have it between them)
+        const bool last = !(t < to) && f2 < f1 && f2 < 0.2L * std::abs(f1) + 0.05L;
+        const bool least =
+            f1 <= f0 && f1 <= f2 && f1 < 0.2L * (std::abs(f0) + std::abs(f2)) + 0.05L;
+        if (k > 2 && (least || last)) {
             Long a = t0, b = t;
             for (int i = 0; i < 90; ++i) { // golden section
                 const Long c = a + (b - a) * 0.381966011250105151796L,

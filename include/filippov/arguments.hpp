@@ -24,7 +24,8 @@ namespace detail {
 template <int M> void validate_mode(const char* argument, const Mode<M>& mode) {
     for (int j = 0; j < M; ++j)
         if (!(mode[j] >= -1 && mode[j] <= 1))
-            refuse(std::string(argument) + "[" + std::to_string(j) + "]", mode[j], "expected -1, 0 or +1");
+            refuse(std::string(argument) + "[" + std::to_string(j) + "]", mode[j],
+                   "expected -1, 0 or +1");
 }
 
 /// The mode and the target of a forced segment.

@@ -445,7 +445,8 @@ private:
                 const bool lost =
                     normal_motion(sys_, mode, j, now.local, x, p_, segment_.direction()) == 0 &&
                     free_rates(sys_, mode, j, now.local, x, p_)[0] > S(0);
-                if (const auto rest = lost ? rest_ahead(true) : std::nullopt; rest && rest->holds) {
+                if (const auto rest = lost ? rest_of_lost_bounces(mode, contacts, j) : std::nullopt;
+                    rest && rest->holds) {
                     log(EventKind::jump, j, left, x_left);
                     thrown_ = true;
                     return leap(*rest);
@@ -515,6 +516,18 @@ private:
         // what cannot be told apart any more cannot be followed either
         const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
         return rest.holds || unresolved ? std::optional(rest) : std::nullopt;
+    }
+    /// The same where bounces on surface j are lost, if the others here go on as they do without
+    /// it.
+    FILIPPOV_COLD std::optional<Rest> rest_of_lost_bounces(const Mode<M>& mode,
+                                                           const SurfaceSet<M>& contacts, int j) {
+        SurfaceSet<M> others;
+        for (const int k : contacts)
+            if (k != j)
+                others.add(k);
+        if (others.n > 0 && judge(mode, others, -1) != Status::ok)
+            return std::nullopt;
+        return rest_ahead(true);
     }
     FILIPPOV_COLD Status leap(const Rest& rest) {
         const Mode<M> before = segment_.mode();

@@ -171,9 +171,10 @@ template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w
 template <class Sys, class S> struct JointSliding {
     static constexpr int M = surfaces_v<Sys>;
     State<Sys, S> f;        ///< F_s
-    Vec<S, M> below, above; ///< 1 + s_j and 1 - s_j of the surfaces slid on, others unspecified
+    Vec<S, M> s;            ///< of the surfaces slid on, others unspecified
+    Vec<S, M> below, above; ///< their margins, see Margin
     /// On one surface L1 - L2: positive where sliding attracts, negative where it repels. On more
-    /// +1 where the intersection is shown to attract, else -1.
+    /// their attraction. 1 if all are contacts: that these attract is judged where they begin.
     Real<S> w;
 };
 
@@ -195,9 +196,19 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
     for (unsigned v = 0; v < regions.flow.regions(); ++v)
         for (int i = 0; i < dim_v<Sys>; ++i)
             r.f[i] += blend.share[v] * regions.field[v][i];
+    bool contacts = true; // and nothing else
     for (int i = 0; i < regions.on.n; ++i) {
-        r.below[regions.on[i]] = blend.below[i];
-        r.above[regions.on[i]] = blend.above[i];
+        const int j = regions.on[i];
+        const S below = blend.below[i], above = blend.above[i];
+        r.s[j] = below < above ? S(below - S(1)) : S(S(1) - above);
+        const bool jumps = is_kind(sys, j, SurfaceKind::jump);
+        r.below[j] = jumps ? S(1) : below;
+        r.above[j] = jumps ? S(S(0.5) * above * regions.strength[i]) : above;
+        contacts = contacts && jumps;
+    }
+    if (contacts) {
+        r.w = Real<S>(1);
+        return r;
     }
     const auto plain = detail::values_of_field(regions.flow);
     r.w = regions.on.n == 1 ? plain(0, 0) - plain(1, 0) : attraction(plain);
@@ -226,9 +237,7 @@ FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<S
         return sliding_margin(sys, mode, t, x, p);
     } else {
         const auto slide = joint_sliding(sys, mode, t, x, p);
-        const S s =
-            slide.below[j] < slide.above[j] ? S(slide.below[j] - S(1)) : S(S(1) - slide.above[j]);
-        return {s, slide.below[j], slide.above[j], S(slide.w)};
+        return {slide.s[j], slide.below[j], slide.above[j], S(slide.w)};
     }
 }
 

@@ -175,7 +175,7 @@ private:
     bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
         using std::abs;
         const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
-        // The share of a push has no scale.
+        // A force has no scale.
         const S band = is_kind(sys_, j, SurfaceKind::jump) ? S(0) : noise;
         if (!at_end && !(abs(margin) <= band))
             return margin > S(0);
@@ -187,13 +187,15 @@ private:
             return end < 0 ? m.below : m.above;
         };
         const auto rate = lie_derivatives<2>(field, distance, t_, x_, p_);
-        S unit = arrival_.tau * S(arrival_.direction);
-        for (order = 1; order <= 2; ++order) {
-            const S change = rate[std::size_t(order - 1)] * unit;
-            if (abs(change) > noise)
-                return change > S(0);
-            unit = unit * arrival_.tau * S(arrival_.direction);
-        }
+        const S unit = arrival_.tau * S(arrival_.direction);
+        const std::array<S, 2> change{rate[0] * unit, rate[1] * unit * unit};
+        // Shares are of order one; a force is what its own changes make it.
+        const S least = is_kind(sys_, j, SurfaceKind::jump)
+                            ? noise * std::max(S(abs(change[0])), S(abs(change[1])))
+                            : noise;
+        for (order = 1; order <= 2; ++order)
+            if (const S c = change[std::size_t(order - 1)]; abs(c) > least)
+                return c > S(0);
         return stays(field);
     }
     /// True if the mode's field rests here, beside those of the regions.

@@ -26,6 +26,7 @@ template <class Sys, class S> struct Regions {
     SurfaceSet<M> on;
     std::array<State<Sys, S>, std::size_t(1) << M> field;
     NormalField<S, M> flow;
+    Vec<S, M> strength; ///< of the push of the i-th surface, which has jumps; others unspecified
 };
 
 /// L_j of a field value for all surfaces.
@@ -96,6 +97,7 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
     for (int k = 0; k < dim_v<Sys>; ++k)
         length += abs(push[k]);
     const S strength = length > S(0) ? S(1) + S(2) * largest : S(0);
+    r.strength[i] = strength;
     for (unsigned v = 0; v < r.flow.regions(); ++v)
         if ((v & bit) == 0) {
             for (int k = 0; k < dim_v<Sys>; ++k)

@@ -26,6 +26,7 @@ struct Stop {
     int guard = -1;             ///< >= 0: the guard met; -1: the end of the time span
     bool touch = false;         ///< an extremum that touches zero, not a root
     bool missed = false;        ///< no event after all: the whole step is free
+    bool again = false;         ///< another event came before: the step is tried again, shorter
     bool jumped = false; ///< h changed sign without being zero, or s is beyond its end (a jump)
     bool left_behind = false; ///< the surface slid on jumped away from the state
 };

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string_view>
 
@@ -226,6 +227,21 @@ private:
             let_observer_skip();
     }
 
+    /// True if another guard's event came before the one that a path ends on, as the end shows or
+    /// the interpolant of the whole step did: it is tried again, no longer than to here. (Two at
+    /// one time differ by the rounding of the landing.)
+    template <class Path>
+    FILIPPOV_COLD bool comes_too_late(const Path& path, const Found<S>& found, const S& full) {
+        const bool shorter = abs_(path.dt) < S(0.9) * abs_(full);
+        const S part = shorter ? S(1e4) * epsilon<S> : S(0.01);
+        if (!(abs_(path.dt) > S(16) * place_.resolution()) || place_.settings.fixed_step > S(0) ||
+            !(path.dt / full > found.next + S(1e-3) ||
+              watch_.another_came_before(found.guard, path, part)))
+            return false;
+        ++counters_.rejected;
+        again_ = shorter ? path.dt : full / S(2);
+        return true;
+    }
     /// Shortens the step so that it ends on the event, and takes it.
     template <class Path> FILIPPOV_COLD Stop land(Path& path, const Found<S>& found) {
         const Target target(place_, watch_, found);
@@ -254,6 +270,11 @@ private:
             stop.missed = true;
             return stop;
         }
+        if constexpr (Guards::n_guards > 3)
+            if (comes_too_late(path, found, full)) {
+                stop.again = true;
+                return stop;
+            }
         if (target.loses_surface())
             if (const Found<S> end = watch_.before_pole(found.guard, path); end.guard >= 0)
                 return land(path, end);
@@ -649,7 +670,7 @@ private:
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * place_.resolution() || !watch_.starts_on_root())
-                    found = first_event(path, fixed || blurred_ >= most_blurred);
+                    found = first_event(path, fixed);
                 if (is_blurred(found, dt))
                     continue;
                 if (found.guard < 0)
@@ -672,22 +693,38 @@ private:
                 propose(path, {dt, cut, last}, error, unjudged);
             else
                 dt_ = forward() * place_.settings.fixed_step; // (it may have been cut)
-            bad_stage = beside = false;
             if (found.guard >= 0) {
-                const Stop stop = land(path, found);
+                const Stop stop = land_on_first(path, found, fixed);
+                if (stop.again) {
+                    dt_ = again_;
+                    continue;
+                }
                 if (!stop.missed) {
                     rk_.go_on();
                     return stop;
                 }
             }
+            bad_stage = beside = false;
             accept(path);
             rk_.go_on();
             watch_.template go_on<Path>();
         }
     }
-    template <class Path> Found<S> first_event(Path& path, bool patient) {
+    template <class Path> Found<S> first_event(Path& path, bool fixed, std::uint64_t missed = 0) {
         ++counters_.root_searches;
-        return watch_.first_event(path, patient);
+        return watch_.first_event(path, fixed || blurred_ >= most_blurred, missed);
+    }
+    /// Lands on what was found first, or, where no step has that root, on what comes after it.
+    template <class Path> FILIPPOV_COLD Stop land_on_first(Path& path, Found<S> found, bool fixed) {
+        Stop stop = land(path, found);
+        for (std::uint64_t missed = 0; stop.missed && Guards::n_guards > 3;) {
+            missed |= std::uint64_t(1) << found.guard;
+            found = first_event(path, fixed, missed);
+            if (found.guard < 0 || found.blurred)
+                break;
+            stop = land(path, found);
+        }
+        return stop;
     }
 
     /// Windows of a slide that the system knows in closed form.
@@ -716,7 +753,7 @@ private:
             Found<S> found;
             watch_.look(path, !Path::vouched, elapsed_);
             if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
-                found = first_event(path, blurred_ >= most_blurred);
+                found = first_event(path, false);
                 if (found.blurred) {
                     ++blurred_;
                     window /= S(4);
@@ -725,8 +762,15 @@ private:
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
-            if (found.guard >= 0)
-                return land(path, found);
+            if (found.guard >= 0) {
+                const Stop stop = land_on_first(path, found, false);
+                if (!stop.again && !stop.missed)
+                    return stop;
+                if (stop.again) {
+                    window = abs_(again_);
+                    continue;
+                }
+            }
             window = window_ * std::min(S(4), watch_.growth(path, !Path::vouched));
             accept(path);
             watch_.template go_on<Path>();
@@ -753,6 +797,7 @@ private:
     /// a slide, whose steps tell nothing of it. (A field with noise may never pass.)
     int checks_ = 0;
     static constexpr int most_checks = 8;
+    S again_ = S(0);   ///< how long the step is that is tried again
     S elapsed_ = S(0); ///< since the mode began
     int blurred_ = 0;  ///< trials in a row in which a guard swung too fast
     static constexpr int most_blurred = 8;

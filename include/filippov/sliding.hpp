@@ -75,10 +75,12 @@ FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sy
     return r;
 }
 
-/// How far a slide is from its ends, without cancellation at either.
+/// How far a slide is from its ends, without cancellation at either. A contact ends above alone,
+/// where its force vanishes: the normal acceleration that it takes away is its margin there, and
+/// not the share of a push, which is 1 but near the end where accelerations are large.
 template <class S> struct Margin {
     S s;     ///< equivalent control
-    S below; ///< 1 + s = 2 L1/(L1 - L2), zero where the slide leaves into h < 0
+    S below; ///< 1 + s = 2 L1/(L1 - L2), zero where the slide leaves into h < 0; 1 of a contact
     S above; ///< 1 - s = -2 L2/(L1 - L2), zero where it leaves into h > 0
     S w;     ///< L1 - L2
 };

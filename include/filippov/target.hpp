@@ -114,10 +114,11 @@ private:
         if (at_.mode[j] != 0)
             return -guards_.sense(g) * normal_component(at_.sys, j, t, x, at_.p, f);
         const auto q = lift<1>(at_.p);
-        const auto s = [&](const auto& time, const auto& y) {
-            return sliding_margin(at_.sys, at_.mode, j, time, y, q).s;
+        const auto margin = [&](const auto& time, const auto& y) {
+            const auto m = sliding_margin(at_.sys, at_.mode, j, time, y, q);
+            return g % 3 == 0 ? m.below : m.above;
         };
-        return (g % 3 == 0 ? S(-1) : S(1)) * directional(s, t, x, S(1), f);
+        return -directional(margin, t, x, S(1), f);
     }
 
     const Place<Sys, S>& at_;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <utility>
@@ -23,6 +24,7 @@ template <class S> struct Found {
     bool touch = false;   ///< an extremum that touches zero, not a root
     int pole = -1;        ///< of the end of a slide: the guard of L1 - L2, if that ends with it
     bool blurred = false; ///< a guard swings too fast in the step to tell
+    S next = S(2);        ///< where the first event of another guard is
 };
 
 /// The guards of a run, those of its user's sections among them. What refers to a step has its path
@@ -246,9 +248,14 @@ public:
 
     /// The earliest event of a step among the guards in doubt.
     /// @param patient  it is sought as long as it takes
-    template <class Path> FILIPPOV_COLD Found<S> first_event(Path& path, bool patient) {
+    /// @param missed   bit g: of guard g the interpolant shows a root that no step has
+    template <class Path>
+    FILIPPOV_COLD Found<S> first_event(Path& path, bool patient, std::uint64_t missed) {
+        static_assert(n_guards <= 64);
         Found<S> first;
         for (const int g : active_guards()) {
+            if ((missed >> g & 1u) != 0)
+                continue;
             if ((at_.settings.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
                 continue;
             const auto raw = [&](const S& theta) {
@@ -270,7 +277,8 @@ public:
             if (found.guard >= 0 && !found.touch && off_surface(g) && !is_linear(g / 3))
                 found.theta = first_of_several<Path>(g, raw, found.theta);
             if (found.theta < first.theta)
-                first = found;
+                std::swap(first, found);
+            first.next = std::min(first.next, found.theta);
         }
         return first;
     }
@@ -289,6 +297,26 @@ public:
             if (!(of_slide(g) && g / 3 == j) && trace(g).order == 0 && guard_value(g, t, x) < S(0))
                 return false;
         return true;
+    }
+
+    /// True if at the end of a path, on the event of one guard, another has fallen through zero by
+    /// more than its rounding and this part of its range: its event came before. (The interpolant
+    /// of the whole step had placed it behind: an error that is nothing to the state may be much
+    /// beside how high a guard gets between two events of its own.)
+    template <class Path>
+    FILIPPOV_COLD bool another_came_before(int guard, const Path& path, const S& part) const {
+        const S t = at_.clock.local + path.dt;
+        for (const int g : active_guards()) {
+            const GuardTrace& w = trace(g);
+            if (g == guard || w.sense == S(0) || w.offset < S(0) ||
+                (of_slide(g) && of_slide(guard) && g / 3 == guard / 3))
+                continue;
+            const Range<S> r = w.template range<typename Path::Times>();
+            const S size = std::max(abs_(r.low), abs_(r.high));
+            if (guard_value(g, t, path.x1) < -(touch_band(g, true) + part * size))
+                return true;
+        }
+        return false;
     }
 
     /// The guard of an end by s at which a slide is over at (t, x), -1: none.
@@ -573,7 +601,7 @@ private:
         const int j = g / 3;
         const bool fixed = at_.settings.fixed_step > S(0);
         if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::jump))
-            return S(0); // a share of the push has no scale
+            return S(0); // a force has no scale
         if (at_.mode[j] == 0)
             return S(64) * epsilon<S> + (fixed || rounding_only ? S(0) : at_.settings.rtol);
         const S rounding = rounding_band(at_.sys, j, at_.clock.local, at_.x, at_.p);

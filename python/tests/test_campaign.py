@@ -52,8 +52,7 @@ def test_a_relay_is_followed_by_its_closed_form(strangers):
 
 @pytest.mark.parametrize(
     "family",
-    # (contacts have open defects, which docs/hard-cases.md lists)
-    ["slides", "swings", "belts", "several", "converters", "two-folds", "diagrams"],
+    ["slides", "swings", "belts", "several", "contacts", "converters", "two-folds", "diagrams"],
 )
 def test_no_run_is_wrong(strangers, family):
     for number in range(6):
