@@ -44,6 +44,7 @@ struct CycleColumns {
     std::vector<long long> turns;
 
     void add(const AnySystem& system, const Cycle& c) {
+        const std::vector<SurfaceKind> kinds = system.kinds();
         size.push_back(static_cast<long long>(c.size()));
         for (std::size_t i = 0; i < c.size(); ++i) {
             mode.push_back(c.word[i].mode);
@@ -54,8 +55,10 @@ struct CycleColumns {
             const Letter& before = c.word[i + c.size() - 1];
             const Quantity margin{Quantity::Kind::margin, -1, 0, before.surface,
                                   sliding_at(before.mode, before.surface)}; // s_max + s
-            s.push_back(system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] -
-                        system.s_max(c.p));
+            s.push_back(kinds[std::size_t(before.surface)] == SurfaceKind::jump
+                            ? std::numeric_limits<double>::quiet_NaN() // a force, and no s
+                            : system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] -
+                                  system.s_max(c.p));
         }
         turns.push_back(c.turns);
         period.push_back(c.period);
