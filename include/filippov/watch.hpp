@@ -24,7 +24,7 @@ template <class S> struct Found {
     bool touch = false;   ///< an extremum that touches zero, not a root
     int pole = -1;        ///< of the end of a slide: the guard of L1 - L2, if that ends with it
     bool blurred = false; ///< a guard swings too fast in the step to tell
-    S next = S(2);        ///< where the first event of another guard is
+    S next = S(2);        ///< where the first event is that is not of its surface
 };
 
 /// The guards of a run, those of its user's sections among them. What refers to a step has its path
@@ -278,7 +278,9 @@ public:
                 found.theta = first_of_several<Path>(g, raw, found.theta);
             if (found.theta < first.theta)
                 std::swap(first, found);
-            first.next = std::min(first.next, found.theta);
+            first.next = std::min(first.next, found.next);
+            if (found.guard >= 0 && !ends_same_slide(first.guard, found.guard))
+                first.next = std::min(first.next, found.theta);
         }
         return first;
     }
@@ -308,8 +310,7 @@ public:
         const S t = at_.clock.local + path.dt;
         for (const int g : active_guards()) {
             const GuardTrace& w = trace(g);
-            if (g == guard || w.sense == S(0) || w.offset < S(0) ||
-                (of_slide(g) && of_slide(guard) && g / 3 == guard / 3))
+            if (w.sense == S(0) || w.offset < S(0) || ends_same_slide(g, guard))
                 continue;
             const Range<S> r = w.template range<typename Path::Times>();
             const S size = std::max(abs_(r.low), abs_(r.high));
@@ -395,6 +396,10 @@ private:
 
     /// True of what ends a slide.
     bool of_slide(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] == 0; }
+    /// True of one guard, or of two that end the same slide.
+    bool ends_same_slide(int a, int b) const {
+        return a == b || (of_slide(a) && of_slide(b) && a / 3 == b / 3);
+    }
     /// True of h on a surface that is not slid on.
     bool off_surface(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] != 0; }
     bool active(int g) const {
