@@ -55,7 +55,8 @@ struct CycleColumns {
             const Letter& before = c.word[i + c.size() - 1];
             const Quantity margin{Quantity::Kind::margin, -1, 0, before.surface,
                                   sliding_at(before.mode, before.surface)}; // s_max + s
-            s.push_back(kinds[std::size_t(before.surface)] == SurfaceKind::jump
+            const auto surface = std::size_t(before.surface);
+            s.push_back(surface < kinds.size() && kinds[surface] == SurfaceKind::jump
                             ? std::numeric_limits<double>::quiet_NaN() // a force, and no s
                             : system.quantity(margin, c.t[i], c.x[i], c.p, {}).value[0] -
                                   system.s_max(c.p));
