@@ -65,7 +65,7 @@ class Orbit(Stored):
     `surface`                  index of the surface that is met or left
     `mode_before, mode_after`  -1 (h < 0), +1 (h > 0) or 0 (sliding); one value, or one a surface
     `x`                        state, shape (dim,)
-    `s`                        equivalent control (4.12)
+    `s`                        equivalent control (4.12); NaN of a surface with jumps
     =========================  ====================================================================
     """
 
