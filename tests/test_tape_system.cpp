@@ -43,13 +43,18 @@ void same_runs(const A& a, const B& b, const Vec<double, N>& x0, double t_end, d
         CHECK((e.x_right - f.x_right).norm() < 1e-11 * (1 + f.x_right.norm()));
         CHECK(e.mode_after.code(m) == f.mode_after.code(m));
     }
-    CHECK(std::abs(double(mine.result.counters.steps - other.result.counters.steps)) <=
-          1 + 1e-3 * double(other.result.counters.steps));
+    // Of formulas no s is vouched for: a slide in closed form has a short first step.
+    CHECK(std::abs(mine.result.counters.steps - other.result.counters.steps) <=
+          std::max(static_cast<long long>(mine.events.size()), other.result.counters.steps / 1000));
 }
 
-/// Two blocks on a belt, as formulas.
+/// Two blocks on a belt, and said of them what their formulas show.
+struct Chain : models::BeltChain<2> {
+    static constexpr bool linear_h = true;
+};
+
+/// The same as formulas.
 Definition chain_formulas() {
-    using Chain = models::BeltChain<2>;
     Definition d;
     d.dim = 4;
     d.defaults = {Chain::defaults.begin(), Chain::defaults.end()};
@@ -94,8 +99,7 @@ TEMPLATE_TEST_CASE("tape system: several surfaces, compiled for more than there 
                    DormandPrince5, DormandPrince8) {
     const auto formulas = tests::tape_system<4, 4>(chain_formulas());
     CHECK(surface_count(formulas) == 2);
-    same_runs<TestType>(formulas, models::BeltChain<2>{}, Vec<double, 4>(0.5, 0, 0.13, 0), 40,
-                        1e-9);
+    same_runs<TestType>(formulas, Chain{}, Vec<double, 4>(0.5, 0, 0.13, 0), 40, 1e-9);
 }
 
 TEMPLATE_TEST_CASE_SIG("tape system: analysis sees the same maps", "[formulas]", ((int N), N), 2,

@@ -386,7 +386,7 @@ private:
     /// more than ten tolerances; -1: none.
     template <class Path> int carried_off(const Path& path) const {
         if (!Path::slides || forced_ || place_.settings.fixed_step > S(0) ||
-            !(abs_(path.dt) <= S(4096) * place_.resolution()))
+            !(abs_(path.dt) <= few_ulp * place_.resolution()))
             return -1;
         return place_.norm(X(path.x1 - alone(path.dt))) > S(10) ? sliding_surface(place_.mode) : -1;
     }
@@ -797,6 +797,9 @@ private:
     /// a slide, whose steps tell nothing of it. (A field with noise may never pass.)
     int checks_ = 0;
     static constexpr int most_checks = 8;
+    /// So many units of the resolution of time are no time for a solution. (A thousand in `float`
+    /// are a step.)
+    static constexpr S few_ulp = epsilon<S> < S(1e-12) ? S(4096) : S(64);
     S again_ = S(0);   ///< how long the step is that is tried again
     S elapsed_ = S(0); ///< since the mode began
     int blurred_ = 0;  ///< trials in a row in which a guard swung too fast
