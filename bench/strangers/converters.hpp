@@ -136,8 +136,11 @@ inline std::unique_ptr<ConverterProblem> draw_converter(std::uint64_t seed) {
     if (dice.chance(0.5))
         q->disguise.period =
             c.clock * (dice.chance(0.5) ? 1 : dice.uniform(0.5, 2)) / q->disguise.speed;
-    const Natural z{c.level * dice.uniform(0.1, 0.8), dice.uniform(0, 3),
-                    c.clock * dice.uniform(0, 0.95), dice.chance(0.5) ? 1.0L : 0.0L};
+    Natural z{c.level * dice.uniform(0.1, 0.8), dice.uniform(0, 3), c.clock * dice.uniform(0, 0.95),
+              dice.chance(0.5) ? 1.0L : 0.0L};
+    if (c.c[0] * z[0] + c.c[1] * z[1] + c.ramp * z[2] >
+        0.99L * c.level) // (beyond it nothing is on)
+        z[3] = 0;
     q->x0 = q->disguise.seen(z);
     return q;
 }

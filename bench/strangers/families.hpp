@@ -24,6 +24,7 @@ inline const std::vector<Family>& families() {
         {"belts", 8, draw_belt},
         {"slides", 8, [](std::uint64_t n) { return RelayDrawn(n, false).problem(); }},
         {"swings", 8, [](std::uint64_t n) { return RelayDrawn(n, true).problem(); }},
+        {"ripples", 8, [](std::uint64_t n) { return RelayDrawn::rippled(n).problem(); }},
         {"contacts", 8, draw_contact},
         {"converters", 8, draw_converter},
         {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},

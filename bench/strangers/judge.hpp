@@ -64,7 +64,10 @@ private:
         for (const double tolerance : tolerances) {
             if (!talk_ && dice_.chance(0.6))
                 continue;
-            const Bounds bounds = bounds_of(exact, tolerance, follow);
+            const Long size =
+                std::max({exact.largest, problem_.disguise.largest_seen(x0),
+                          problem_.disguise.largest_seen(problem_.disguise.seen(exact.z))});
+            const Bounds bounds = bounds_of(exact, Long(tolerance) * (1 + size), tolerance, follow);
             // (what is in doubt is tried now and then: it has to end, and well)
             if (bounds.in_doubt && !talk_ && !dice_.chance(0.1))
                 continue;
@@ -74,8 +77,8 @@ private:
     }
 
     template <class Follow>
-    Bounds bounds_of(const Exactly& exact, double tolerance, const Follow& follow) const {
-        const Long error = Long(tolerance) * (1 + exact.largest);
+    Bounds bounds_of(const Exactly& exact, Long error, double tolerance,
+                     const Follow& follow) const {
         Bounds b;
         b.in_doubt = exact.fate == Exactly::undecided;
         b.state = error;
@@ -96,6 +99,12 @@ private:
             for (std::size_t i = 0; i < exact.met.size(); ++i)
                 b.met[i] = std::max(b.met[i], std::abs(pushed.met[i] - exact.met[i]));
         }
+        // What errors may carry beyond the end of the run is not certain to be in it.
+        for (std::size_t i = 0; i < exact.changes.size(); ++i)
+            b.in_doubt =
+                b.in_doubt || std::abs(exact.changes[i].t - exact.t) < multiple * b.times[i];
+        for (std::size_t i = 0; i < exact.met.size(); ++i)
+            b.in_doubt = b.in_doubt || std::abs(exact.met[i] - exact.t) < multiple * b.met[i];
         return b;
     }
 

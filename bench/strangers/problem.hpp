@@ -117,6 +117,13 @@ struct Disguise {
             x[std::size_t(i)] = double(v[std::size_t(i)]);
         return x;
     }
+    /// The largest component that the engine sees, in natural units: errors are relative to it.
+    Long largest_seen(const std::array<double, most>& x) const {
+        Long largest = 0;
+        for (std::size_t i = 0; i < std::size_t(n); ++i)
+            largest = std::max(largest, std::abs(Long(x[i]) / Long(size[i])));
+        return largest;
+    }
     /// Random units; curved coordinates that differ by a quarter of `reach` at most.
     void draw(Dice& dice, double reach, bool curved) {
         for (int i = 0; i < n; ++i)

@@ -41,10 +41,12 @@ public:
             const Long root = first_root([&](Long at) { return margin(p, at); }, p.t, t_end, step);
             if (!(root <= t_end))
                 return;
-            // Of a slip that hardly leaves its surface, by a few tolerances, nothing is known.
-            known = known &&
-                    !(p.mode != 0 && pieces.size() > 1 && pieces[pieces.size() - 2].mode == 0 &&
-                      margin(p, p.t + (root - p.t) / 2) < 100 * std::abs(nudge_));
+            // Of a slip that hardly leaves its surface, by a few tolerances, nothing is known; nor
+            // of a slide where a slip hardly comes down and leaves again.
+            if (pieces.size() > 1)
+                known = known && std::abs(p.mode != 0 ? margin(p, p.t + (root - p.t) / 2)
+                                                      : margin(pieces[pieces.size() - 2], root)) >=
+                                     100 * std::abs(nudge_);
             mode = next(root, p.mode);
             pieces.push_back({root, mode, height(p, root), other(p, root)});
         }

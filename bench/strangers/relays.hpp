@@ -27,12 +27,17 @@ public:
                 e.changes.push_back({path.time(p.t), 0, p.mode});
             e.slides = e.slides || p.mode == 0;
             e.largest = std::max({e.largest, std::abs(p.z), std::abs(p.y)});
-            if (law.section_law.watched && path.known)
-                look(path, p.t, k + 1 < path.pieces.size() ? path.pieces[k + 1].t : end, e.met);
+        }
+        if (law.section_law.watched && path.known) {
+            e.met = roots(path, end, 0);
+            // (where the state's errors alone make roots or take them away)
+            const SectionLaw& s = law.section_law;
+            const Long few = 100 * std::abs(nudge.size) * (std::abs(s.k0) + std::abs(s.k1));
+            for (const Long shift : {-few, few})
+                if (few > 0 && roots(path, end, shift).size() != e.met.size())
+                    e.fate = Exactly::undecided;
         }
         e.largest = std::max({e.largest, std::abs(e.z[0]), std::abs(e.z[1]), std::abs(e.z[2])});
-        for (Long& t : e.met)
-            t = path.time(t);
         return e;
     }
     Told ask(const Ask& ask) const override { return ask_one_surface(law, disguise, ask); }
@@ -55,22 +60,37 @@ public:
     }
 
 private:
-    void look(const RelayPath& path, Long from, Long to, std::vector<Long>& met) const {
+    /// When the section, and a little more, is zero.
+    std::vector<Long> roots(const RelayPath& path, Long end, Long shift) const {
         const SectionLaw& s = law.section_law;
         const Long least = std::min({pace, s.wave.pace(), 1.0});
-        all_roots(
-            [&](Long t) {
-                return s.wave.exact(path.time(t), 0) + Long(s.k0) * path.z(t) +
-                       Long(s.k1) * path.y(t);
-            },
-            from, to, std::min(least, (to - from) / 16), met);
+        std::vector<Long> met;
+        for (std::size_t k = 0; k < path.pieces.size(); ++k) {
+            const Long from = path.pieces[k].t,
+                       to = k + 1 < path.pieces.size() ? path.pieces[k + 1].t : end;
+            all_roots(
+                [&](Long t) {
+                    return s.wave.exact(path.time(t), 0) + Long(s.k0) * path.z(t) +
+                           Long(s.k1) * path.y(t) + shift;
+                },
+                from, to, std::min(least, (to - from) / 16), met);
+        }
+        for (Long& t : met)
+            t = path.time(t);
+        return met;
     }
 };
 
-/// What both families have in common.
+/// What these families have in common. In some, forces and surfaces have small ripples on top.
 class RelayDrawn {
 public:
     RelayDrawn(std::uint64_t seed, bool swings) : dice_(seed), swings_(swings) {}
+    static RelayDrawn rippled(std::uint64_t seed) {
+        RelayDrawn drawn(seed, false);
+        drawn.ripples_ = true;
+        drawn.swings_ = drawn.dice_.chance(0.5);
+        return drawn;
+    }
 
     std::unique_ptr<RelayProblem> problem() {
         auto q = std::make_unique<RelayProblem>();
@@ -120,7 +140,11 @@ private:
     void time_and_units(Problem& q, bool curved) {
         fast_ = dice_.logarithmic(0.5, 1000);
         span_ = std::min(dice_.uniform(2, 12), (dice_.chance(0.05) ? 1000 : 150) / fast_);
-        periodic_ = dice_.chance(0.4);
+        periodic_ = !ripples_ && dice_.chance(0.4);
+        if (ripples_) {
+            fast_ = dice_.logarithmic(50, 3000);
+            span_ = std::min(dice_.uniform(2, 12), 2000 / fast_);
+        }
         t0_ = dice_.chance(0.5) ? 0 : dice_.uniform(0, 100);
         q.disguise.n = 3;
         q.disguise.draw(dice_, 5 + span_, curved);
@@ -136,6 +160,10 @@ private:
         const Long s = (relay.a.exact(t, 0) - relay.g.exact(t, 1)) / Long(relay.b);
         return relay.b > 0 && std::abs(s) < 0.98L && dice_.chance(0.7);
     }
+    Wave wave() {
+        return ripples_ ? dice_.rippled(1, fast_, span_)
+                        : dice_.wave(1, fast_, periodic_, t0_, span_);
+    }
     Relay relay() {
         Relay relay;
         relay.b = dice_.uniform(0.5, 2);
@@ -143,7 +171,7 @@ private:
             relay.a = Wave(dice_.uniform(-0.6, 0.6));
             const double kind = dice_.uniform(0, 1);
             relay.b = kind < 0.3 ? 0 : kind < 0.8 ? relay.b : -relay.b;
-            relay.g = dice_.wave(1, fast_, periodic_, t0_, span_);
+            relay.g = wave();
             relay.g.add({Term::power, dice_.uniform(-0.5, 0.5), 0, 0});
             if (relay.b > 0 && dice_.chance(0.7))
                 relay.g.scale(beyond(relay));
@@ -151,7 +179,7 @@ private:
                 relay.g.scale(1 / fast_);
         } else {
             const double c = periodic_ || dice_.chance(0.3) ? 0 : dice_.uniform(-0.5, 0.5);
-            relay.a = dice_.wave(1, fast_, periodic_, t0_, span_);
+            relay.a = wave();
             relay.a.add({Term::power, dice_.uniform(-0.5, 0.5), 0, 0});
             relay.a.scale(beyond(relay));
             relay.a.add({Term::power, c, 0, 0});
@@ -178,8 +206,10 @@ private:
             return;
         SectionLaw& s = q.law.section_law;
         s.watched = true;
-        s.wave = dice_.wave(1, dice_.chance(0.5) ? fast_ : dice_.logarithmic(0.5, fast_ + 1), false,
-                            t0_, span_);
+        s.wave = ripples_
+                     ? wave()
+                     : dice_.wave(1, dice_.chance(0.5) ? fast_ : dice_.logarithmic(0.5, fast_ + 1),
+                                  false, t0_, span_);
         s.wave.add({Term::power, dice_.uniform(-1.2, 1.2), 0, 0});
         s.k0 = dice_.chance(0.5) ? 0 : dice_.uniform(-1, 1);
         s.k1 = dice_.chance(0.5) ? 0 : dice_.uniform(-1, 1);
@@ -195,7 +225,7 @@ private:
     }
 
     Dice dice_;
-    bool swings_, periodic_ = false;
+    bool swings_, ripples_ = false, periodic_ = false;
     double fast_ = 1, span_ = 1, t0_ = 0;
 };
 

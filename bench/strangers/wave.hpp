@@ -193,6 +193,15 @@ public:
         return w;
     }
 
+    /// A wave of a swing or two in `span`, with a small ripple of this frequency on top.
+    Wave rippled(double size, double fast, double span) {
+        const double slow = std::min(uniform(1, 12) / span, fast / 4);
+        Wave w;
+        w.add({Term::wave, size * uniform(0.3, 1), slow, uniform(-3, 3)});
+        w.add({Term::wave, size * logarithmic(1e-4, 0.03), fast, uniform(-3, 3)});
+        return w;
+    }
+
 private:
     std::mt19937_64 random_;
 };
