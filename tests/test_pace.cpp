@@ -6,6 +6,8 @@
 #include <filippov/rodas5p.hpp>
 #include <filippov/trajectory.hpp>
 
+#include <numbers>
+
 using namespace ensembles;
 
 namespace {
@@ -77,6 +79,19 @@ struct Swinging {
     template <class S> S h(const S& t, const X<S>& x, const P<S>&) const {
         return x[0] - g(t) - S(5);
     }
+};
+
+/// The same with a component that counts where it is.
+struct Counted {
+    static constexpr int dim = 2;
+    template <class S> using X = Vec<S, 2>;
+    template <class S> using P = Vec<S, 0>;
+    Shape g;
+    double c = 0.1;
+
+    template <class S> X<S> f1(const S&, const X<S>&, const P<S>&) const { return {S(c), S(-1)}; }
+    template <class S> X<S> f2(const S&, const X<S>&, const P<S>&) const { return {S(c), S(1)}; }
+    template <class S> S h(const S& t, const X<S>& x, const P<S>&) const { return x[0] - g(t); }
 };
 
 /// A constant field over a curved surface, z = a sin(omega x) + b cos(rate x).
@@ -326,6 +341,70 @@ TEST_CASE("pace: a visit beyond zero is found if it lasts a sixteenth of the tim
               exact);
         check(first(simulate<DormandPrince8>(sys, none, none, 0, T, {.rtol = 1e-8}), leaves),
               exact);
+    }
+}
+
+TEMPLATE_TEST_CASE("pace: a small ripple on a slow force ends a slide, and meets a section, first",
+                   "[pace]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // A ripple of a hundredth or a thousandth makes several roots of one, and tops of its own.
+    Random random(8);
+    int n = 0;
+    for (int i = 0; i < 120; ++i) {
+        Resting sys;
+        Shape& g = sys.g;
+        g.omega = random(0.1, 0.5);
+        g.phase = -0.5 * std::numbers::pi;
+        g.b = std::exp(random(-7, -4));
+        g.rate = std::exp(random(3, 6));
+        const bool tops = i % 2 == 0; // it is the ripple alone that reaches beyond 1
+        g.a = tops ? 1 - random(0.1, 0.9) * g.b : random(1.05, 1.8);
+        const double exact = first_zero([&](double t) { return 1 - std::abs(g(t)); }, g.rate);
+        if (!(exact == exact))
+            continue;
+        ++n;
+        CAPTURE(i, g.a, g.omega, g.b, g.rate);
+        const Vec<double, 1> none(0.0);
+        check(first(simulate<TestType>(sys, none, none, 0, T, {.rtol = 1e-8}), leaves), exact);
+        const auto section = [&](const auto& t, const auto&, const auto&) { return 1.0 - g(t); };
+        const Resting rests{{.slope = 1e-3}};
+        for (const double x0 : {0.0, 200.0}) { // 200: never there
+            EventLog<double, 1, 1> log;
+            flow<TestType>(rests, none, Vec<double, 1>(x0), 0, T, {.rtol = 1e-8}, log,
+                           sections(Section{section, 0}));
+            double met = inf;
+            for (const auto& event : log.events)
+                if (event.kind == EventKind::section)
+                    met = std::min(met, event.t);
+            const double zero = first_zero([&](double t) { return 1 - g(t); }, g.rate);
+            if (zero == zero)
+                check(met, zero);
+        }
+    }
+    CHECK(n > 60);
+}
+
+TEST_CASE("pace: lanes see ripples and surfaces that swing six hundred times a unit of time",
+          "[pace]") {
+    Random random(9);
+    for (int i = 0; i < 100; ++i) {
+        const Counted swings{
+            {.a = random(0.3, 0.95), .omega = std::exp(random(3, 6.5)), .phase = random(0, 6)},
+            random(-0.3, 0.3)};
+        Resting rests;
+        rests.g = {.a = random(1.05, 1.5),
+                   .omega = random(0.1, 0.5),
+                   .phase = -1.5,
+                   .b = std::exp(random(-7, -4)),
+                   .rate = std::exp(random(3, 6))};
+        CAPTURE(i, swings.g.omega, rests.g.rate);
+        Members<Counted> beside;
+        Members<Resting> at_rest;
+        for (int k = 0; k < 16; ++k)
+            beside.push_back({{-0.8 + 0.1 * k, 0}, Vec<double, 0>(), 0.0, 0.5});
+        for (int k = 0; k < 4; ++k)
+            at_rest.push_back({Vec<double, 1>(0.0), Vec<double, 1>(0.0), 0.0, 4.0 + 4 * k});
+        compare(swings, beside);
+        compare(rests, at_rest);
     }
 }
 

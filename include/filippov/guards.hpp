@@ -87,10 +87,15 @@ template <class S> struct Fit {
     S off = S(0);    ///< how far they are off it, at most
     S floor = S(0);  ///< the least Bernstein coefficient: the cubic lies above it
     S spread = S(0); ///< of all values
+    S bend = S(0);   ///< the largest second derivative of the cubic
+    S doubt = S(8);  ///< by how many times `off` the guard may be off it elsewhere: few values that
+                     ///< happen to lie on the cubic prove little
 
     /// True if the guard keeps away from zero: by far more than it is off its cubic, and by what
     /// is no rounding of its values.
-    bool clear() const { return floor > S(8) * off + S(1e-6) * spread; }
+    bool clear() const { return floor > doubt * off + S(1e-6) * spread; }
+    /// Between two values beyond this, no farther apart than a gap, there is no zero.
+    S far(const S& gap) const { return doubt * off + gap * gap / S(4) * bend + S(1e-6) * spread; }
     /// True if the cubic is as good as the guard.
     bool resolved() const { return off <= S(0.02) * spread; }
     /// By how much a step may be longer until the guard is a twentieth of its spread off a cubic,
@@ -102,7 +107,7 @@ template <class S> struct Fit {
         if (!(off > S(0)))
             return off == S(0) ? std::numeric_limits<S>::infinity() : S(0);
         const S within = cbrt(S(0.05) * spread / off);
-        return clear() ? std::max(within, S(sqrt(sqrt(floor / (S(8) * off))))) : within;
+        return clear() ? std::max(within, S(sqrt(sqrt(floor / (doubt * off))))) : within;
     }
 };
 
@@ -117,6 +122,11 @@ template <class Times> constexpr std::size_t nearest_to(double place) {
     }
     return best;
 }
+
+/// By how many times what n values on a step are off their cubic others may be: of two besides its
+/// nodes, as a method of seven stages has, both are off by less than a thirtieth of what swings
+/// once in two thousand steps.
+constexpr double doubt_of(std::size_t n) { return n < 10 ? 32 : 8; }
 
 /// The fit of values v(k) at theta(k), k = 1 to n, the last one at 1, and `start` at 0. Nodes are
 /// the ends and the places nearest to a third and two thirds.
@@ -147,6 +157,8 @@ FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
     fit.off = fit.off > noise || !(fit.off == fit.off) ? fit.off : S(0);
     fit.spread = high - low;
     const S c1 = f1 - ta * g1 + ta * tb * third, c2 = g1 - (ta + tb) * third;
+    fit.bend = S(2) * std::max(S(abs(c2)), S(abs(c2 + S(3) * third)));
+    fit.doubt = S(doubt_of(n));
     fit.floor = std::min({start, S(start + c1 / S(3)), S(start + (S(2) * c1 + c2) / S(3)), v(n)});
     if (!(fit.floor == fit.floor))
         fit.floor = -std::numeric_limits<S>::infinity();

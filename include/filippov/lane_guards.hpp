@@ -4,6 +4,7 @@
 
 #include <filippov/guards.hpp>
 #include <filippov/lanes.hpp>
+#include <filippov/roots.hpp>
 
 #include <array>
 
@@ -190,46 +191,16 @@ Look<W> look_along(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& roote
     return r;
 }
 
-/// Where values between equidistant samples v are not what these say: farther off the chord than a
-/// quarter of what second differences, and how these change, allow. No frequency looks the same at
-/// all of the places.
-/// @param rooted  where v[0] does not count
-/// @param f       the guard at u
-template <std::size_t Size, int W, class F>
-LaneMask<W> hides_more(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& rooted, const F& f) {
-    using T = Lanes<W>;
-    constexpr std::size_t n = Size - 1;
-    T bend(0), change(0), previous(0), size(0);
-    for (std::size_t k = 1; k < n; ++k) {
-        const T difference = (v[k - 1] - v[k]) - (v[k] - v[k + 1]);
-        const LaneMask<W> counts = k == 1 ? ~rooted : LaneMask<W>(true);
-        bend = max(bend, select(counts, abs(difference), T(0)));
-        if (k > 1)
-            change =
-                max(change, select(k == 2 ? ~rooted : counts, abs(difference - previous), T(0)));
-        previous = difference;
-        size = max(size, abs(v[k]));
-    }
-    const T allowed = fused(T(0.25), bend + change, T(64 * epsilon<double>) * size);
-    LaneMask<W> more(false);
-    for (std::size_t k = 0; k < n; ++k)
-        for (const double within : {0.29, 0.74}) {
-            const double shift = 0.1 * double((k * 7) % 5) / 5,
-                         u = (double(k) + within - shift) / n;
-            const T chord = fused(T(within - shift), v[k + 1] - v[k], v[k]);
-            const LaneMask<W> off = ~(abs(f(T(u)) - chord) <= allowed);
-            more = more | (off & (k == 0 ? ~rooted : LaneMask<W>(true)));
-        }
-    return more;
-}
-
 /// The cubic through four values of a guard on a step, and how far others are off it: see
 /// filippov::Fit.
 template <int W> struct Fit {
     Lanes<W> off, floor, ceiling, spread;
-    Lanes<W> bend; ///< the largest second derivative of the cubic
+    Lanes<W> bend;    ///< the largest second derivative of the cubic
+    double doubt = 8; ///< how far off it others may be: see filippov::Fit
 
-    LaneMask<W> clear() const { return floor > fused(Lanes<W>(8), off, Lanes<W>(1e-6) * spread); }
+    LaneMask<W> clear() const {
+        return floor > fused(Lanes<W>(doubt), off, Lanes<W>(1e-6) * spread);
+    }
     LaneMask<W> resolved() const { return off <= Lanes<W>(0.02) * spread; }
     /// Where a longer step would not do: see filippov::Fit::room.
     LaneMask<W> full() const {
@@ -268,6 +239,7 @@ FILIPPOV_INLINE Fit<W> fit_of(const std::array<Lanes<W>, Size>& v) {
     fit.floor = min(min(v[0], v[n]), min(b1, b2));
     fit.ceiling = max(max(v[0], v[n]), max(b1, b2));
     fit.spread = spread;
+    fit.doubt = doubt_of(n);
     fit.bend = T(2) * max(abs(c2), abs(fused(T(3), third, c2)));
     return fit;
 }
@@ -297,6 +269,29 @@ Look<W> look_at_samples(const std::array<Lanes<W>, Size>& v) {
     r.hard = ~none & (r.hard | ~fit.resolved() | (r.found & (r.high <= T(0))));
     r.settle();
     return r;
+}
+
+/// Where a guard follows a cubic on its way to a root at u, with no other root: up close, and
+/// closer: see Watch::falls_smoothly.
+template <int W, class F> LaneMask<W> falls_smoothly(const Lanes<W>& u, const F& f) {
+    using T = Lanes<W>;
+    constexpr long double u1 = 0.1583L, u2 = 0.8178L;
+    constexpr auto w1 = detail::cubic_weights<double>(u1), w2 = detail::cubic_weights<double>(u2);
+    LaneMask<W> smooth(true);
+    for (const double part : {1.0 / 16, 1.0 / 256}) {
+        const T width = T(part) * u, from = u - width;
+        const auto at = [&](long double place) { return f(fused(T(double(place)), width, from)); };
+        const T a = f(from), b = at(1.0L / 3), c = at(2.0L / 3), d = at(u1), e = at(u2);
+        const T off = max(abs(d - fused(T(w1[0]), a, fused(T(w1[1]), b, T(w1[2]) * c))),
+                          abs(e - fused(T(w2[0]), a, fused(T(w2[1]), b, T(w2[2]) * c))));
+        // (as Bernstein coefficients, times 6)
+        const T second = fused(T(-5), a, T(18) * b - T(9) * c),
+                third = fused(T(2), a, T(18) * c - T(9) * b);
+        const T high = max(max(a, max(b, c)), max(d, e)), low = min(min(b, c), min(d, e));
+        const T little = T(0.01) * (high - min(low, T(0)));
+        smooth = smooth & (a > T(0)) & (min(second, third) > T(-6) * little) & (off <= little);
+    }
+    return smooth;
 }
 
 /// Looks at a margin at the probes of a window of a slide, m[0] at its start: see

@@ -54,6 +54,14 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<
         Vec<T, N> bend;
         for (int i = 0; i < N; ++i)
             bend[i] = (tried.field[i] - k0[i]) / d;
+        Vec<T, N> weight;
+        for (int i = 0; i < N; ++i)
+            weight[i] = max(abs(x[i]), abs(tried.x[i]));
+        weight = scale(run.settings, weight);
+        for (int i = 0; i < N; ++i)
+            weight[i] = d / weight[i];
+        // (then the estimate of the whole step was small by chance)
+        const Mask errs_more = ~(Rk::Method::squared_error(rk, weight) <= T(4));
         T delta = target.correction(tried);
         const T error = mean_square(bend, tolerance) * (delta * delta) * (delta * delta);
         const T next = d + delta;
@@ -62,8 +70,8 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<
             tried.nudge(delta, bend);
             delta = target.correction(tried);
         }
-        const Mask there =
-            todo & (error <= T(1e-4)) & (abs(delta) <= T(target.near) * d) & (tried.dt < longest);
+        const Mask there = todo & ~errs_more & (error <= T(1e-4)) &
+                           (abs(delta) <= T(target.near) * d) & (tried.dt < longest);
         at.x = select_each(there, tried.x, at.x);
         at.field = select_each(there, tried.field, at.field);
         at.dt = select(there, tried.dt, at.dt);

@@ -96,6 +96,8 @@ public:
         look.value_high = fused(sign, s_high, limit);
         look.found = look.value_low > T(0);
         const T u = root(look, 4 * epsilon<double>, margin), d = u * dt;
+        if constexpr (!vouched)
+            look.found = look.found & falls_smoothly(u, margin);
         const T apart(0x1p-13);
         const T slope = (margin(u + apart) - margin(u - apart)) / (T(2) * apart * dt);
         const X x1 =
@@ -233,19 +235,19 @@ public:
         }
         const Look down = look_at_samples<Samples>(below), up = look_at_samples<Samples>(above),
                    flat = look_at_samples<Samples>(w);
-        const Mask hard =
-            down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found | lost;
-        const Mask ends = (down.found | up.found) & ~hard, passes = ~hard & ~ends;
+        Mask hard = down.hard | up.hard | (down.found & up.found) | flat.hard | flat.found | lost;
 
         Look look;
         const T sign = select(down.found, T(1), T(-1));
-        look.found = ends;
+        look.found = (down.found | up.found) & ~hard;
         look.low = select(down.found, down.low, up.low);
         look.high = select(down.found, down.high, up.high);
         look.value_low = select(down.found, down.value_low, up.value_low);
         look.value_high = select(down.found, down.value_high, up.value_high);
         const auto margin = [&](const T& u) { return fused(sign, s_of(slide_in(u)), limit); };
         const T u = root(look, 1e-6, margin), apart(0x1p-13);
+        hard = hard | (look.found & ~falls_smoothly(u, margin));
+        const Mask ends = look.found & ~hard, passes = ~hard & ~ends;
         const T slope = (margin(u + apart) - margin(u - apart)) / (T(2) * apart * dt);
         const Target end_of_slide{1e-9, [&](Landing& at) {
                                       at.x = project(sys_, 0, t + at.dt, at.x, p, size);

@@ -18,6 +18,7 @@ template <class Sys, int W, class Tableau> class Slip {
     using Rk = RungeKutta<Tableau, T, N>;
     using Times = StageTimes<Tableau, double>;
     using Probed = lanes::Probed<Times, W>;
+    using Look = lanes::Look<W>;
     using Landing = lanes::Landing<W, N>;
     using Contact = lanes::Contact<W, N>;
 
@@ -88,11 +89,9 @@ public:
             accept(run_, g, rk, x, x1, total, r, [&] { return shorter_than(g, x, p, dt); });
         g.set(reach, guard.reach(dt, T(4) * resolution(t)), accepted);
 
-        Mask doubt = accepted & guard.doubtful(), plain(true);
-        if (!run_.linear_h) [[unlikely]] {
-            plain = shows_all(g, r, guard, accepted);
-            doubt = doubt | (accepted & ~plain);
-        }
+        Mask doubt = accepted & guard.doubtful();
+        if (!run_.linear_h) [[unlikely]]
+            doubt = doubt | (accepted & ~shows_all(g, r, guard, accepted));
         const Mask taken = accepted & ~doubt;
         g.set(trial, dt, doubt);
         g.set_x(x1, taken);
@@ -106,7 +105,8 @@ public:
         Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
         if (leaving.lanes == 0)
             return leaving;
-        leaving.send(doubt & plain & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
+        if (run_.linear_h) [[likely]]
+            leaving.send(doubt & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
         leaving.send(doubt, event_task(Side));
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);
@@ -156,20 +156,16 @@ public:
             const T raw = T(Side) * h(fused(u, dt, t), path(u), p) - offset;
             return raw / select(twice, u * u, select(rooted, u, T(1)));
         };
-        constexpr std::size_t n = 8;
-        std::array<T, n + 1> v;
-        v[0] = g[start_value];
-        for (std::size_t k = 1; k < n; ++k)
-            v[k] = guard(T(double(k) / n));
         const T end = T(Side) * h(t + dt, full, p);
-        v[n] = end - offset;
-        Look<W> look = look_along(v, rooted);
+        Look look = run_.linear_h ? look_along(guard, g[start_value], end - offset, rooted)
+                                  : look_closely(guard, g[start_value], end - offset, rooted);
+        const T at_root = root(look, 1e-6, guard);
         if (!run_.linear_h) {
-            look.hard = look.hard | hides_more(v, rooted, guard);
+            look.hard = look.hard | (look.found & ~falls_smoothly(at_root, guard));
             look.settle();
         }
-        const T guess = root(look, 1e-6, guard) * dt;
-        const Mask landed = land(run_, g, rk, rhs, guess, look.found, at, surface_ahead(g, p));
+        const Mask landed =
+            land(run_, g, rk, rhs, at_root * dt, look.found, at, surface_ahead(g, p));
         const Contact contact = judge<Side>(run_, g, at, landed);
 
         const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
@@ -202,6 +198,34 @@ private:
         return switching(sys_, t, x, p)[0];
     }
 
+    /// What a guard shows along a step.
+    /// @param rooted  where there was a root at the start, which is divided out
+    template <class Guard>
+    static Look look_along(const Guard& guard, const T& start, const T& end, const Mask& rooted) {
+        std::array<T, 9> v;
+        v[0] = start;
+        for (std::size_t k = 1; k < 8; ++k)
+            v[k] = guard(T(double(k) / 8));
+        v[8] = end;
+        return lanes::look_along(v, rooted);
+    }
+    /// The same of an h with a pace of its own. What a root divided out leaves at the start, the
+    /// first samples tell.
+    template <class Guard>
+    FILIPPOV_COLD static Look look_closely(const Guard& guard, const T& start, const T& end,
+                                           const Mask& rooted) {
+        using Samples = SampleTimes<double>;
+        std::array<T, Samples::n + 1> v;
+        for (std::size_t k = 1; k < Samples::n; ++k)
+            v[k] = guard(T(Samples::theta(k)));
+        v[Samples::n] = end;
+        constexpr double back = Samples::theta(1) / (Samples::theta(2) - Samples::theta(1));
+        v[0] = select(rooted, fused(T(back), v[1] - v[2], v[1]), start);
+        Look look = look_at_samples<Samples>(v);
+        look.hard = look.hard | (look.found & rooted & (look.high <= T(Samples::theta(1))));
+        look.settle();
+        return look;
+    }
     /// Where a step of a field shows all of an h with a pace of its own: its probes follow a cubic,
     /// or are far off it but farther from zero; and a field that is quiet has not let it grow. The
     /// next step is not to be too long for h: see Watch::look.
@@ -211,8 +235,8 @@ private:
         v[0] = guard.start;
         const Fit<W> fit = fit_of<Times>(v);
         const StepControl<Tableau, T> control;
-        const Mask quiet = accepted & ~r.cut & (g[last_error] <= control.previous);
-        const T most = select(fit.full(), T(1), select(quiet, T(2), infinity<W>()));
+        const Mask quiet = accepted & (g[last_error] <= control.previous);
+        const T most = select(fit.full(), T(1), select(quiet & ~r.cut, T(2), infinity<W>()));
         g.set(proposal, min(g[proposal], most * r.dt), accepted);
         return (fit.clear() | fit.resolved()) & ~quiet;
     }

@@ -43,6 +43,11 @@ enum class Contact : unsigned char {
 template <class S> struct KnownValue {
     S theta, value;
 };
+/// Such values between 0 and 1, in order.
+template <class S> struct KnownValues {
+    std::span<const KnownValue<S>> at{};
+    S far = std::numeric_limits<S>::infinity(); ///< between neighbours beyond it there is no zero
+};
 
 /// Where g, positive at `positive` and not positive (or NaN) at `negative`, changes sign, to about
 /// six digits: a landing starts from it. Illinois' variant of regula falsi, with bisection when the
@@ -173,11 +178,11 @@ template <class S> struct Piece {
 /// @param g0      g(0), > 0 (a value of the right sign if g(0) itself was divided out)
 /// @param band    minima within it count as touches; 0 for none
 /// @param theta   where
-/// @param known   values between 0 and 1, in order: no piece spans two of their gaps
+/// @param known   no piece spans two gaps of these
 /// @param patient  it goes on to the end, however little it sees
 template <class S>
 Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_identity_t<S> band,
-                      S& theta, std::span<const KnownValue<std::type_identity_t<S>>> known = {},
+                      S& theta, const KnownValues<std::type_identity_t<S>>& known = {},
                       bool patient = true) {
     using std::abs;
     constexpr int max_depth = 10, most_blurred = 16, most_pieces = 2000;
@@ -187,26 +192,31 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
     };
     // the piece in hand, those that wait behind it, and the gaps between known values behind those
     std::array<Span, max_depth + 2> stack;
+    std::array<S, max_depth + 1> beside{}; // mismatch of the last piece of that size
     int top = -1, blurred = 0, pieces = 0;
     std::size_t gap = 0;
     const auto end_of_gap = [&](std::size_t i) {
-        return i < known.size() ? known[i] : KnownValue<S>{S(1), g(S(1))};
+        return i < known.at.size() ? known.at[i] : KnownValue<S>{S(1), g(S(1))};
     };
     int depth = 0; // of the pieces between known values
-    for (std::size_t n = 1; n < known.size() + 1; n *= 2)
+    for (std::size_t n = 1; n < known.at.size() + 1; n *= 2)
         ++depth;
     KnownValue<S> from_here{S(0), g0};
-    while (top >= 0 || gap <= known.size()) {
+    while (top >= 0 || gap <= known.at.size()) {
         if (top < 0) {
-            const KnownValue<S> to = end_of_gap(gap++);
-            stack[std::size_t(++top)] = {from_here.theta, to.theta, from_here.value, to.value,
-                                         depth};
+            const KnownValue<S> from = from_here, to = end_of_gap(gap++);
             from_here = to;
+            if (from.value > known.far + band && to.value > known.far + band)
+                continue;
+            stack[std::size_t(++top)] = {from.theta, to.theta, from.value, to.value, depth};
         }
         if (++pieces > most_pieces && !patient)
             return Contact::blurred;
         const Span span = stack[std::size_t(top--)];
-        const detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
+        detail::Piece<S> piece(g, span.a, span.b, span.ga, span.gb);
+        // Both of its tests may lie on the cubic by chance: not those of its neighbour, too.
+        std::swap(piece.mismatch, beside[std::size_t(span.depth)]);
+        piece.mismatch = std::max(beside[std::size_t(span.depth)], piece.mismatch / S(4));
         const auto c = piece.bernstein();
         const S floor = std::min({c[0], c[1], c[2], c[3]});
         // A cubic that fits badly may be one of many swings: what it predicts counts only at a
@@ -230,7 +240,15 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
             theta = bracketed_root<S>(g, span.a, span.ga, span.b, span.gb);
             return Contact::root;
         }
-        if ((!resolved || down || piece.mismatch > S(1e-3) * range) && span.depth < max_depth) {
+        bool splits = !resolved || down || piece.mismatch > S(1e-3) * range;
+        S low(-1), g_low(0);
+        if (!splits || span.depth >= max_depth) {
+            low = piece.cubic_minimum();
+            g_low = low >= S(0) ? g(low) : std::min(span.a > S(0) ? span.ga : span.gb, span.gb);
+            // What a small swing on top of the cubic hides so near to zero, smaller pieces show.
+            splits = splits || (slack > band && g_low >= -slack && g_low <= S(2) * slack);
+        }
+        if (splits && span.depth < max_depth) {
             const S m = (span.a + span.b) / S(2);
             const S gm = g(m);
             stack[std::size_t(++top)] = {m, span.b, gm, span.gb, span.depth + 1};
@@ -239,14 +257,14 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
         }
         // Candidates for a minimum: inside, or at the end towards the next piece.
         S from = span.a, g_from = span.ga;
-        S low = piece.cubic_minimum();
         const S third = (span.b - span.a) / S(3);
         if (low < S(0) && band > S(0)) {
-            if (abs(span.gb) <= band && span.b < S(1))
+            if (abs(span.gb) <= band && span.b < S(1)) {
                 low = span.b;
+                g_low = span.gb;
+            }
         }
         if (low >= S(0)) {
-            const S g_low = g(low);
             // The first of several roots: between the piece's start and the cubic's minimum there
             // is one.
             if (low > span.a && g_low < -band) {
@@ -258,8 +276,9 @@ Contact first_contact(Function<std::type_identity_t<S>> g, S g0, std::type_ident
                 const S left = std::max(S(0), low - third), right = std::min(S(1), low + third);
                 low = minimum(g, left, right);
                 const S deepest = g(low);
-                // an end of the interval is no minimum: g merely passes through the band there
-                const bool interior = low - left > S(1e-6) * third && right - low > S(1e-6) * third;
+                // an end of the interval is no minimum: g merely passes through the band there (and
+                // rounding makes some beside it)
+                const bool interior = low - left > S(1e-3) * third && right - low > S(1e-3) * third;
                 if (interior && band > S(0) && abs(deepest) <= band) {
                     theta = low;
                     return Contact::touch;

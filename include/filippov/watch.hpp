@@ -274,7 +274,8 @@ public:
             Found<S> found = event_of(g, path, raw, patient);
             if (found.blurred)
                 return found;
-            if (found.guard >= 0 && !found.touch && off_surface(g) && !is_linear(g / 3))
+            if (found.guard >= 0 && !found.touch && trace(g).own_pace &&
+                !falls_smoothly<Path>(g, raw, found.theta))
                 found.theta = first_of_several<Path>(g, raw, found.theta);
             if (found.theta < first.theta)
                 std::swap(first, found);
@@ -525,8 +526,10 @@ private:
             // (what swings at the beat of equidistant probes looks still at them)
             more = more || Times::equidistant || !(w.fit.clear() || w.fit.resolved());
         }
-        if (!more)
-            return;
+        if (more)
+            take_samples(path);
+    }
+    template <class Path> FILIPPOV_COLD void take_samples(Path& path) {
         sample(path);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
@@ -692,8 +695,8 @@ private:
         // and is searched from where it has left.
         const S band = touch_band(g, false);
         const bool outside = w.order == 0 && (w.start > band + touch_band(g, true) || w.descended);
-        std::array<KnownValue<S>, SampleTimes<S>::n - 1> samples;
-        const std::span<const KnownValue<S>> known = known_values(w, value, samples);
+        Samples samples;
+        const KnownValues<S> known = known_values(path, w, value, samples);
         Contact contact = first_contact(value, g0, outside ? band : S(0), theta, known, patient);
         if (contact == Contact::blurred)
             return {.guard = g, .blurred = true};
@@ -716,18 +719,47 @@ private:
                                         : Found<S>{g, theta, contact == Contact::touch};
     }
 
-    /// The samples that a search has to begin with: those of a guard that no one cubic follows.
-    template <class Value>
-    static std::span<const KnownValue<S>>
-    known_values(const GuardTrace& w, const Value& value,
-                 std::array<KnownValue<S>, SampleTimes<S>::n - 1>& samples) {
-        if (!w.own_pace || !w.sampled || w.fit.resolved())
+    /// How many more there are between a root at the start and the first of the others, each twice as
+    /// near to it as the last: one of several roots is followed by the next at once.
+    static constexpr std::size_t n_near_root = 6;
+    using Samples = std::array<KnownValue<S>, n_near_root + SampleTimes<S>::n - 1>;
+    /// The samples that a search has to begin with: those of a guard that is not quite a cubic.
+    template <class Path, class Value>
+    KnownValues<S> known_values(Path& path, const GuardTrace& w, const Value& value,
+                                Samples& samples) {
+        using Times = SampleTimes<S>;
+        if (!w.own_pace || w.fit.off <= S(1e-6) * w.fit.spread)
             return {};
-        for (std::size_t k = 1; k < SampleTimes<S>::n; ++k) {
-            const S theta = SampleTimes<S>::theta(k);
-            samples[k - 1] = {theta, w.order == 0 ? w.sample[k] : value(theta)};
+        if (!w.sampled)
+            take_samples(path);
+        const bool rooted = w.order > 0;
+        std::size_t n = 0;
+        for (std::size_t k = n_near_root; rooted && k > 0; --k) {
+            const S theta = Times::theta(1) / S(1u << k);
+            samples[n++] = {theta, value(theta)};
         }
-        return samples;
+        for (std::size_t k = 1; k < Times::n; ++k)
+            samples[n++] = {Times::theta(k), rooted ? value(Times::theta(k)) : w.sample[k]};
+        KnownValues<S> known{std::span(samples).first(n)};
+        if (!rooted && w.fit.resolved())
+            known.far = w.fit.far(S(1) / S(16));
+        return known;
+    }
+
+    /// True if guard g follows a cubic on its way to a root at theta, with no other root: up close,
+    /// and closer. (A swing that makes three roots of one falls no less than g does in the
+    /// meantime.)
+    template <class Path, class Raw> bool falls_smoothly(int g, const Raw& raw, S theta) const {
+        const auto value = without_root<Path>(g, raw);
+        for (const S part : {S(1) / S(16), S(1) / S(256)}) {
+            const S from = theta - part * theta, start = value(from);
+            const detail::Piece<S> piece(value, from, theta, start, S(0));
+            const auto c = piece.bernstein();
+            const S little = S(0.01) * (piece.highest - piece.lowest); // (a triple root has none)
+            if (!(start > S(0) && std::min(c[1], c[2]) > -little && piece.mismatch <= little))
+                return false;
+        }
+        return true;
     }
 
     /// The first of the roots of guard g, of which one is at theta. Behind a surface that moves a
