@@ -88,8 +88,7 @@ template <class S> struct Fit {
     S floor = S(0);  ///< the least Bernstein coefficient: the cubic lies above it
     S spread = S(0); ///< of all values
     S bend = S(0);   ///< the largest second derivative of the cubic
-    S doubt = S(8);  ///< by how many times `off` the guard may be off it elsewhere: few values that
-                     ///< happen to lie on the cubic prove little
+    S doubt = S(8);  ///< by how many times `off` the guard may be off it elsewhere
 
     /// True if the guard keeps away from zero: by far more than it is off its cubic, and by what
     /// is no rounding of its values.
@@ -123,9 +122,9 @@ template <class Times> constexpr std::size_t nearest_to(double place) {
     return best;
 }
 
-/// By how many times what n values on a step are off their cubic others may be: of two besides its
-/// nodes, as a method of seven stages has, both are off by less than a thirtieth of what swings
-/// once in two thousand steps.
+/// By how many times what n values on a step are off their cubic others may be. A method of seven
+/// stages has two besides the nodes: in one of two thousand steps both are off by less than a
+/// thirtieth of what swings there.
 constexpr double doubt_of(std::size_t n) { return n < 10 ? 32 : 8; }
 
 /// The fit of values v(k) at theta(k), k = 1 to n, the last one at 1, and `start` at 0. Nodes are

@@ -482,8 +482,6 @@ private:
         surface.linear = surface.linear && is_straight(g, path);
         return !surface.linear;
     }
-    /// True of an h that was linear in t and x wherever the run has looked.
-    bool is_linear(int j) const { return surfaces_[idx(j)].linear; }
     /// True if h_j changes over a step as its gradient says.
     template <class Path> bool is_straight(int g, const Path& path) const {
         const Surface& surface = surfaces_[idx(g / 3)];

@@ -52,7 +52,17 @@ def test_a_relay_is_followed_by_its_closed_form(strangers):
 
 @pytest.mark.parametrize(
     "family",
-    ["slides", "swings", "belts", "several", "contacts", "converters", "two-folds", "diagrams"],
+    [
+        "slides",
+        "swings",
+        "ripples",
+        "belts",
+        "several",
+        "contacts",
+        "converters",
+        "two-folds",
+        "diagrams",
+    ],
 )
 def test_no_run_is_wrong(strangers, family):
     for number in range(6):
