@@ -188,6 +188,28 @@ TEMPLATE_TEST_CASE("two-fold: slides turn round a focus and leave", "[two_fold]"
     }
 }
 
+TEMPLATE_TEST_CASE("two-fold: where slides turn so slowly that no number tells, they end in it",
+                   "[two_fold]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // A focus that turns by 0.045 while the distance falls by a factor e, and a node with its
+    // eigenvectors out of the slide: slides leave 1e-17 of their way from it, or nearer.
+    const Coefficients focus{.uu = -1.1765, .uv = 0.3223, .vu = -0.0543, .vv = -0.9295},
+        node_aside{.uu = -1.002, .uv = -0.004, .vu = 0.0005, .vv = -0.998};
+    for (const Coefficients& c : {focus, node_aside})
+        for (const double tol : {1e-3, 1e-4, 1e-6, 1e-8, 1e-10})
+            for (const auto& [u, v] : {std::pair{0.51, 0.93}, std::pair{0.5, 0.6}}) {
+                const TwoFoldSystem sys{.c = c};
+                const double det = c.uu * c.vv - c.uv * c.vu;
+                const double t = ((c.vu - c.vv) * u + (c.uv - c.uu) * v) / det;
+                CAPTURE(c.uu, u, v);
+                ends_in_fold<TestType>(sys, u, v, t, tol, 10 * tol);
+                const std::vector<Member<3, 0>> members(3, {sys.start(u, v), {}, 0, t + 1});
+                for (const auto& o : ensemble(sys, members, settings_of(sys, tol)).outcomes) {
+                    CHECK(o.status == Status::ambiguous);
+                    CHECK(o.x.cwiseAbs().maxCoeff() <= tol);
+                }
+            }
+}
+
 TEMPLATE_TEST_CASE("two-fold: random ones, nonlinear, in curved coordinates and in all units",
                    "[two_fold]", DormandPrince5, DormandPrince8, Rodas5P) {
     int folds = 0, exits = 0;

@@ -183,14 +183,16 @@ public:
         const X raw = x1;
         x1 = project(sys_, 0, t + dt, x1, p, size);
         const Mask clear = still & fit_w.clear() & ~quiet & ~surface_lost(raw, x1, size);
-        const Mask taken = accepted & clear, doubt = accepted & ~clear;
+        // There may be a two-fold ahead: a lone run looks for it.
+        const Mask narrows = accepted & ~(w[Times::n] > T(0.5) * w[0]);
+        const Mask taken = accepted & clear & ~narrows, doubt = accepted & ~clear & ~narrows;
         g.set(trial, dt, doubt);
         g.set(proposal, min(g[proposal], select(~still & fit.full(), dt, T(2) * dt)), taken);
         go_on(g, {x1, rk.k[Rk::last], dt}, s[Times::n], w[Times::n], taken);
         run_.counters.windows += std::popcount(g.active);
 
         const Mask gone = taken & beyond_bounds(run_, x1), ended = taken & r.last;
-        Leaving leaving((doubt | gone | ended | gives_up(run_, g, t)).word() & g.active);
+        Leaving leaving((doubt | narrows | gone | ended | gives_up(run_, g, t)).word() & g.active);
         leaving.send(doubt, Task::slide_end);
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);

@@ -123,6 +123,32 @@ template <class S> struct Tendency {
     bool last_chance = false; ///< soon it will be too far beside it
 };
 
+/// How a slide turns: by an angle, or from one eigenvector to the other.
+template <class S> struct TurnsBy {
+    S rate;
+    bool angle;
+};
+/// When cos(w tau) start + sin(w tau)/w r, or start + (exp(g tau) - 1)/g r, leaves the slide.
+template <class S>
+S turns_out(const OfSides<S>& start, const OfSides<S>& r, const S& s_most, const TurnsBy<S>& by) {
+    using std::atan2;
+    using std::log1p;
+    const auto time = [&](const S& a, const S& b) { // until what is a > 0 at first is zero
+        if (by.angle)
+            return S(atan2(by.rate * a, -b) / by.rate);
+        if (!(b < S(0)))
+            return std::numeric_limits<S>::infinity();
+        return by.rate > S(0) ? S(log1p(-by.rate * a / b) / by.rate) : S(-a / b);
+    };
+    const auto above = [&](const OfSides<S>& w) {
+        return (s_most + S(1)) * w.u + (s_most - S(1)) * w.v;
+    };
+    const auto below = [&](const OfSides<S>& w) {
+        return (s_most - S(1)) * w.u + (s_most + S(1)) * w.v;
+    };
+    return std::min(time(above(start), above(r)), time(below(start), below(r)));
+}
+
 /// Whether a slide at (u, v) = `start` tends to the two-fold where it is linearised by `d`, or its
 /// orbit cannot be told from one that does.
 ///
@@ -130,7 +156,8 @@ template <class S> struct Tendency {
 /// along the eigenvector of l1 and c > 0. So it stays between `start` and r, and tends to zero
 /// within the slide if l1 < 0 and r points into the slide. If r = 0 it tends to zero along the
 /// eigenvector of l2: a single orbit, and what steps err beside it grows by |l1/l2| orders while
-/// the slide comes nearer by one. With complex eigenvalues it turns out of the slide.
+/// the slide comes nearer by one. Else it turns out of the slide, as it does with complex
+/// eigenvalues: if it turns slowly, no nearer to the two-fold than any number could tell.
 /// @param band    what a tolerance changes u and v by
 /// @param nearer  by what factor the slide has come nearer on its way
 template <class Sys, class S>
@@ -141,14 +168,25 @@ Tendency<S> tendency(const Desingularised<Sys, S>& d, const OfSides<S>& start,
     using std::sqrt;
     const S half = (d.uu + d.vv) / S(2), apart = (d.uu - d.vv) / S(2);
     const S square = apart * apart + d.uv * d.vu;
-    if (!(square >= S(-1e-12) * half * half))
-        return {};
+    const auto changes = [&](const S& l) { // (M - l) start
+        return OfSides<S>{(d.uu - l) * start.u + d.uv * start.v,
+                          d.vu * start.u + (d.vv - l) * start.v};
+    };
+    const auto in_the_end = [&](const S& log_of_distance) {
+        using std::log;
+        return log_of_distance <= log(S(4) * epsilon<S> * nearer);
+    };
+    if (!(square >= S(-1e-12) * half * half)) {
+        const S tau = turns_out(start, changes(half), s_most, TurnsBy<S>{sqrt(-square), true});
+        return {half < S(0) && in_the_end(half * tau), S(1), false};
+    }
     const S root = sqrt(std::max(square, S(0))), l2 = half - root, l1 = half + root;
     if (!(l2 < S(0)))
         return {};
-    const OfSides<S> r{(d.uu - l2) * start.u + d.uv * start.v,
-                       d.vu * start.u + (d.vv - l2) * start.v};
+    const OfSides<S> r = changes(l2);
     if (l1 < S(1e-6) * l2 && r.u + r.v > S(0) && abs(r.u - r.v) < s_most * (r.u + r.v))
+        return {true, S(1), false};
+    if (l1 < S(0) && in_the_end(l1 * turns_out(start, r, s_most, TurnsBy<S>{S(2) * root, false})))
         return {true, S(1), false};
     const S growth = l1 / -l2, rate = std::max(S(l1 - l2), S(-l2));
     const S most = S(1) + S(10) * pow(nearer, growth); // errors of the last step, and of all before
