@@ -53,7 +53,7 @@ public:
                 result.seen_beyond = true;
             }
             const bool bracketed = seen_before && result.seen_beyond;
-            if (k > 0 && abs_(d - previous_d) > S(16) * ulp(t_ + d)) {
+            if (k > 0 && abs_(d - previous_d) > S(1e-12) * abs_(full_)) {
                 const S secant = (r - previous_r) / (d - previous_d);
                 if (abs_(secant) > S(0) && abs_(secant) < std::numeric_limits<S>::infinity())
                     slope = secant;

@@ -274,7 +274,7 @@ public:
             Found<S> found = event_of(g, path, raw, patient);
             if (found.blurred)
                 return found;
-            if (found.guard >= 0 && !found.touch && trace(g).own_pace &&
+            if (found.guard >= 0 && !found.touch && trace(g).own_pace && !looks_linear(g) &&
                 !falls_smoothly<Path>(g, raw, found.theta))
                 found.theta = first_of_several<Path>(g, raw, found.theta);
             if (found.theta < first.theta)
@@ -482,6 +482,8 @@ private:
         surface.linear = surface.linear && is_straight(g, path);
         return !surface.linear;
     }
+    /// True of an h that was linear in t and x wherever the run has looked.
+    bool looks_linear(int g) const { return off_surface(g) && surfaces_[idx(g / 3)].linear; }
     /// True if h_j changes over a step as its gradient says.
     template <class Path> bool is_straight(int g, const Path& path) const {
         const Surface& surface = surfaces_[idx(g / 3)];
@@ -649,18 +651,19 @@ private:
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
-    /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon.
+    /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon;
+    /// and so may the guard, where a slide's end was not met to the last digit.
     template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
         using std::pow;
         using std::sqrt;
         const Range<S> r = trace(g).template range<typename Path::Times>();
-        const S rounding = S(4) * touch_band(g, true);
-        const S lost = rounding / std::max(r.high, -r.low);
+        const S rounding = S(4) * touch_band(g, true), size = std::max(r.high, -r.low);
+        const S lost = rounding / size, nothing = std::max(rounding, S(1e-8) * size);
         const int order = trace(g).order;
         const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
         S sliver = pow(lost, S(1) / S(order));
         sliver = sliver > least ? std::min(sliver, S(0.5)) : least;
-        while (order > 1 && sliver < S(0.5) && !(abs_(raw(sliver)) > rounding))
+        while (order > 1 && sliver < S(0.5) && !(abs_(raw(sliver)) > nothing))
             sliver = std::min(S(2) * sliver, S(0.5));
         return sliver;
     }
@@ -694,7 +697,7 @@ private:
         const S band = touch_band(g, false);
         const bool outside = w.order == 0 && (w.start > band + touch_band(g, true) || w.descended);
         Samples samples;
-        const KnownValues<S> known = known_values(path, w, value, samples);
+        const KnownValues<S> known = known_values(path, g, value, samples);
         Contact contact = first_contact(value, g0, outside ? band : S(0), theta, known, patient);
         if (contact == Contact::blurred)
             return {.guard = g, .blurred = true};
@@ -723,10 +726,11 @@ private:
     using Samples = std::array<KnownValue<S>, n_near_root + SampleTimes<S>::n - 1>;
     /// The samples that a search has to begin with: those of a guard that is not quite a cubic.
     template <class Path, class Value>
-    KnownValues<S> known_values(Path& path, const GuardTrace& w, const Value& value,
-                                Samples& samples) {
+    KnownValues<S> known_values(Path& path, int g, const Value& value, Samples& samples) {
         using Times = SampleTimes<S>;
-        if (!w.own_pace || w.fit.off <= S(1e-6) * w.fit.spread)
+        const GuardTrace& w = trace(g);
+        if (!w.own_pace || w.fit.off <= S(1e-6) * w.fit.spread ||
+            (looks_linear(g) && w.fit.resolved())) // (what is off is rounding)
             return {};
         if (!w.sampled)
             take_samples(path);
