@@ -54,14 +54,8 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<
         Vec<T, N> bend;
         for (int i = 0; i < N; ++i)
             bend[i] = (tried.field[i] - k0[i]) / d;
-        Vec<T, N> weight;
-        for (int i = 0; i < N; ++i)
-            weight[i] = max(abs(x[i]), abs(tried.x[i]));
-        weight = scale(run.settings, weight);
-        for (int i = 0; i < N; ++i)
-            weight[i] = d / weight[i];
         // (then the estimate of the whole step was small by chance)
-        const Mask errs_more = ~(Rk::Method::squared_error(rk, weight) <= T(4));
+        const Mask errs_more = ~(step_error(run, rk, x, tried.x, d) <= T(4));
         T delta = target.correction(tried);
         const T error = mean_square(bend, tolerance) * (delta * delta) * (delta * delta);
         const T next = d + delta;

@@ -118,6 +118,20 @@ FILIPPOV_INLINE Trial<W> next_trial(const Group<Sys, W>& g, const Lanes<W>& long
     r.dt = select(r.last, g[left], dt);
     return r;
 }
+/// The square of a step's error, in units of the tolerance.
+/// @param x, x1  its ends
+template <class Tableau, class Sys, int W, int N>
+FILIPPOV_INLINE Lanes<W> step_error(const Run<Sys>& run, const RungeKutta<Tableau, Lanes<W>, N>& rk,
+                                    const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1,
+                                    const Lanes<W>& dt) {
+    Vec<Lanes<W>, N> weight;
+    for (int i = 0; i < N; ++i)
+        weight[i] = max(abs(x[i]), abs(x1[i]));
+    weight = scale(run.settings, weight);
+    for (int i = 0; i < N; ++i)
+        weight[i] = dt / weight[i];
+    return Tableau::squared_error(rk, weight);
+}
 /// Where a step is accurate enough; the step control takes note.
 /// @param x, x1    its ends
 /// @param total    finite where all of it is
@@ -128,13 +142,7 @@ accept(const Run<Sys>& run, Group<Sys, W>& g, const RungeKutta<Tableau, Lanes<W>
        const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1, const Lanes<W>& total,
        const Trial<W>& r, const Shorter& shorter) {
     using T = Lanes<W>;
-    Vec<T, N> weight;
-    for (int i = 0; i < N; ++i)
-        weight[i] = max(abs(x[i]), abs(x1[i]));
-    weight = scale(run.settings, weight);
-    for (int i = 0; i < N; ++i)
-        weight[i] = r.dt / weight[i];
-    const T error = Tableau::squared_error(rk, weight);
+    const T error = step_error(run, rk, x, x1, r.dt);
     const LaneMask<W> sound = finite(total) & (error < infinity<W>());
     const LaneMask<W> accepted = sound & (error <= T(1));
 

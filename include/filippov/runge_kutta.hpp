@@ -46,7 +46,6 @@ template <class S, int N, int Terms> struct Interpolant {
 /// sees every stage and so may also probe the state there.
 template <class Tableau, class S, int N> class RungeKutta {
 public:
-    using Method = Tableau;
     using Scalar = S;
     using State = Vec<S, N>;
     using Polynomial = Interpolant<S, N, 4 + Tableau::d_rows>;
