@@ -5,6 +5,8 @@
 #include "run.hpp"
 
 #include <filippov/models/oscillator.hpp>
+#include <filippov/rodas5p.hpp>
+#include <filippov/trajectory.hpp>
 
 #include <array>
 #include <cmath>
@@ -19,6 +21,23 @@ struct Home {
     double error; ///< of the final state, maximum norm
     std::size_t events;
     Status status;
+};
+
+/// A free flight, a parabola, which passes a circle.
+struct Flight {
+    static constexpr int dim = 4;
+    template <class S> using X = Vec<S, 4>;
+    template <class S> using P = Vec<S, 0>;
+
+    template <class S> X<S> f1(const S&, const X<S>& x, const P<S>&) const {
+        return X<S>(x[2], x[3], S(0), S(-0.25));
+    }
+    template <class S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
+        return f1(t, x, p);
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const {
+        return S(2) - x[0] * x[0] - x[1] * x[1];
+    }
 };
 
 template <class Tableau> Home home(double tol) {
@@ -89,4 +108,28 @@ TEST_CASE("accuracy: a root that only the interpolant sees costs a few trial ste
     const auto& counters = r.result.counters;
     CHECK(counters.interpolants > 80); // 50 slips land
     CHECK(counters.landings < 8 * counters.interpolants);
+}
+
+TEMPLATE_TEST_CASE("accuracy: dense output is exact within steps that end on an event, too",
+                   "[accuracy]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // (the end of such a step is reached by a Taylor step: exact here, however long)
+    std::size_t crossings = 0;
+    for (int i = 0; i < 40; ++i) {
+        const Vec<double, 4> x0(0.1 * (i % 5), 0.05 * (i % 7), 0.5 * std::cos(i),
+                                0.5 * std::sin(i));
+        const auto r = simulate<TestType>(Flight{}, {}, x0, 0, 8, tolerance<4>(1e-12));
+        REQUIRE(r.result.status == Status::ok);
+        for (const auto& event : r.events)
+            crossings += event.kind == EventKind::cross;
+        double off = 0;
+        for (int k = 0; k <= 1000; ++k) {
+            const double t = 8e-3 * k;
+            const auto x = r(t);
+            off = std::max({off, std::abs(x[0] - x0[0] - x0[2] * t),
+                            std::abs(x[1] - x0[1] - (x0[3] - 0.125 * t) * t)});
+        }
+        CAPTURE(i);
+        CHECK(off < 1e-11);
+    }
+    CHECK(crossings >= 40);
 }

@@ -325,6 +325,69 @@ TEMPLATE_TEST_CASE("pace: a section is met whenever it is zero, in a slide and o
     }
 }
 
+TEMPLATE_TEST_CASE("pace: a ripple makes three roots of one already in the first mode of a run",
+                   "[pace]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // (the field is constant: no error estimate says that h is not linear)
+    Random random(9);
+    int n = 0;
+    for (int i = 0; i < 150; ++i) {
+        const double c = random(0.15, 0.4);
+        Shape g;
+        g.rate = std::exp(random(3, 6));
+        g.b = random(1.2, 4) * c / g.rate;
+        g.slope = random(-0.03, 0.03);
+        const double exact = first_zero([&](double t) { return g(t) + 5 - c * t; }, g.rate);
+        if (!(exact == exact))
+            continue;
+        ++n;
+        CAPTURE(i, c, g.rate, g.b, g.slope);
+        check(
+            first(simulate<TestType>(Swinging{g, c}, {}, Vec<double, 1>(0.0), 0, T, {.rtol = 1e-8}),
+                  meets),
+            exact);
+    }
+    CHECK(n > 60);
+}
+
+TEMPLATE_TEST_CASE("pace: sections are met after a thousand declared periods", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    // Within a period time has more digits than the absolute time that sections see.
+    Random random(10);
+    for (int i = 0; i < 100; ++i) {
+        Resting sys{{.a = 3, .omega = random(100, 600)}};
+        const double fast = sys.g.omega * random(0.3, 2), level = random(-0.9, 0.9);
+        const double period = 2 * std::numbers::pi / sys.g.omega, t0 = random(1e3, 1e5) * period;
+        const auto section = [&](const auto& t, const auto& x, const auto&) {
+            using std::cos;
+            return cos(fast * t) - level + 1e-3 * x[0];
+        };
+        EventLog<double, 1, 1> log;
+        const auto end =
+            flow<TestType>(sys, Vec<double, 1>(period), Vec<double, 1>(1.0), t0, t0 + 10 / fast,
+                           {.rtol = 1e-4}, log, sections(Section{section, 0}));
+        CHECK(end.status == Status::ok);
+        CAPTURE(i, sys.g.omega, fast, t0);
+        // within 1e-2: what x and errors at this tolerance may do
+        std::vector<double> exact;
+        for (double k = std::floor(fast * t0 / (2 * std::numbers::pi)) - 1; k < 1e9; ++k) {
+            const double top = 2 * k * std::numbers::pi / fast, half = std::acos(level) / fast;
+            if (top - half > t0 + 10 / fast)
+                break;
+            for (const double t : {top - half, top + half})
+                if (t > t0 + 0.01 / fast && t < t0 + 9.99 / fast)
+                    exact.push_back(t);
+        }
+        std::size_t met = 0;
+        for (const auto& event : log.events) {
+            if (event.kind != EventKind::section)
+                continue;
+            if (met < exact.size() && event.t > t0 + 0.01 / fast)
+                CHECK(std::abs(event.t - exact[met++]) * fast < 1e-2);
+        }
+        CHECK(met == exact.size());
+    }
+}
+
 TEST_CASE("pace: a visit beyond zero is found if it lasts a sixteenth of the time before it",
           "[pace]") {
     Random random(6);

@@ -4,6 +4,7 @@
 
 #include <filippov/scalar.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,12 +26,15 @@ struct Landed {
 /// @param t          where the step starts
 /// @param d, slope   first guess of its length, and of the derivative of the residual there
 /// @param nudge_tolerance  what may be left to a Taylor step
+/// @param tick       the residual tells no shorter times apart, if that is more than the rounding
+/// of t + d
 /// @param residual   of the path's end; positive before the event
 /// @param on_target  true if the end is there but for the tolerance and the resolution of time
 template <class Path, class S, class Residual, class OnTarget> class Landing {
 public:
-    Landing(Path& path, const S& t, const S& nudge_tolerance, Residual residual, OnTarget on_target)
-        : path_(path), t_(t), full_(path.dt), nudge_tolerance_(nudge_tolerance),
+    Landing(Path& path, const S& t, const S& nudge_tolerance, Residual residual, OnTarget on_target,
+            const S& tick = S(0))
+        : path_(path), t_(t), full_(path.dt), nudge_tolerance_(nudge_tolerance), tick_(tick),
           residual_(residual), on_target_(on_target) {}
 
     Landed run(S d, S slope) {
@@ -61,7 +65,7 @@ public:
             previous_d = d;
             previous_r = r;
             const S delta = -r / slope, next = d + delta;
-            if (abs_(delta) <= ulp(t_ + d) && on_target_())
+            if (abs_(delta) <= tick(d) && on_target_())
                 break;
             const bool inside = in_step(next) &&
                                 !(seen_before && !(forward * (next - before) > S(0))) &&
@@ -71,7 +75,7 @@ public:
                     break;
                 path_.shorten(d);
             }
-            if (bracketed && abs_(beyond - before) <= S(2) * ulp(t_ + d)) {
+            if (bracketed && abs_(beyond - before) <= S(2) * tick(d)) {
                 // the residual jumps here, or is too flat to tell: stop just beyond
                 path_.shorten(beyond);
                 result.jumped = !on_target_();
@@ -101,6 +105,7 @@ private:
         return abs(v);
     }
 
+    S tick(const S& d) const { return std::max(tick_, ulp(t_ + d)); }
     /// True if a step of this length ends in the one that is shortened, or hardly beyond.
     bool in_step(const S& d) const {
         const S forward = full_ < S(0) ? S(-1) : S(1);
@@ -116,7 +121,7 @@ private:
             if (!in_step(path_.dt))
                 return false;
             const S next = -residual_() / slope;
-            if (abs_(next) <= ulp(t_ + path_.dt))
+            if (abs_(next) <= tick(path_.dt))
                 return true;
             if (!(abs_(next) < S(0.5) * abs_(delta)))
                 return abs_(next) <= noise;
@@ -126,7 +131,7 @@ private:
     }
 
     Path& path_;
-    const S t_, full_, nudge_tolerance_;
+    const S t_, full_, nudge_tolerance_, tick_;
     Residual residual_;
     OnTarget on_target_;
 };

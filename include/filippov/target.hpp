@@ -41,6 +41,10 @@ public:
         return at_.settings.fixed_step > S(0) ? S(0.01) * epsilon<S> / at_.settings.rtol : S(0.01);
     }
 
+    /// The shortest time that the event's function may tell apart: sections see absolute time.
+    S tick() const {
+        return ulp(found_.guard < Guard<M>::first_section ? at_.clock.local : at_.clock.absolute());
+    }
     /// True of a plain end of a slide, by s.
     bool ends_slide() const {
         return guards_.is_end_by_s(found_.guard) && !found_.touch && found_.pole < 0;
@@ -52,13 +56,18 @@ public:
     }
     /// True if the end of the path is on the surface met but for the tolerance and the resolution
     /// of time: what lies farther off is not to be moved there. The end of a slide is at |s| = 1,
-    /// unless s jumps.
+    /// unless s jumps; a section, or a force of contact, is zero beside what it was in the step.
     template <class Path> bool reached(const Path& path) const {
         using std::abs;
         const S t = at_.clock.local + path.dt;
         if (ends_slide() && !is_kind(at_.sys, surface(), SurfaceKind::jump)) // (a push has no unit)
             return abs(guards_.guard_value(found_.guard, t, path.x1)) <= S(1e-6);
-        if (found_.touch || !meets_surface())
+        if (found_.touch)
+            return true;
+        if (found_.guard >= Guard<M>::first_section || ends_slide())
+            return guards_.template is_zero<Path>(found_.guard,
+                                                  guards_.guard_value(found_.guard, t, path.x1));
+        if (!meets_surface())
             return true;
         const S rate = normal_component(at_.sys, surface(), t, path.x1, at_.p, path.end_field());
         const S band = S(1e3) * rounding_band(at_.sys, surface(), t, path.x1, at_.p) +

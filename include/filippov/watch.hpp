@@ -313,14 +313,16 @@ public:
             const GuardTrace& w = trace(g);
             if (w.sense == S(0) || w.offset < S(0) || ends_same_slide(g, guard))
                 continue;
-            const Range<S> r = w.template range<typename Path::Times>();
-            const S size = std::max(abs_(r.low), abs_(r.high));
-            if (guard_value(g, t, path.x1) < -(touch_band(g, true) + part * size))
+            if (guard_value(g, t, path.x1) < -(touch_band(g, true) + part * size_of<Path>(g)))
                 return true;
         }
         return false;
     }
 
+    /// True of a value of guard g that is zero beside what g was in a step.
+    template <class Path> FILIPPOV_COLD bool is_zero(int g, const S& value) const {
+        return abs_(value) <= S(1e-6) * size_of<Path>(g);
+    }
     /// The guard of an end by s at which a slide is over at (t, x), -1: none.
     FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
         for (const int g : active_guards())
@@ -367,9 +369,8 @@ public:
             const GuardTrace& w = trace(g);
             if (w.order > 0 || w.sense == S(0))
                 continue;
-            const Range<S> r = w.template range<typename Path::Times>();
-            const S size = std::max(abs_(r.low), abs_(r.high));
-            if (!(abs_(w.probe[Path::Times::n]) <= S(1e-6) * size))
+            const S size = size_of<Path>(g);
+            if (!is_zero<Path>(g, w.probe[Path::Times::n]))
                 continue;
             const S t = at_.clock.local + path.dt, value = guard_value(g, t, path.x1);
             S band = g < Guard<M>::first_section ? touch_band(g, true)
@@ -395,6 +396,11 @@ private:
         return abs(v);
     }
 
+    /// The largest value of guard g at the start of a step and its probes.
+    template <class Path> S size_of(int g) const {
+        const Range<S> r = trace(g).template range<typename Path::Times>();
+        return std::max(abs_(r.low), abs_(r.high));
+    }
     /// True of what ends a slide.
     bool of_slide(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] == 0; }
     /// True of one guard, or of two that end the same slide.
@@ -476,11 +482,9 @@ private:
             return !Path::vouched;
         if (declared_linear_)
             return false;
-        if (unjudged)
-            return true;
         Surface& surface = surfaces_[idx(g / 3)];
         surface.linear = surface.linear && is_straight(g, path);
-        return !surface.linear;
+        return unjudged || !surface.linear;
     }
     /// True of an h that was linear in t and x wherever the run has looked.
     bool looks_linear(int g) const { return off_surface(g) && surfaces_[idx(g / 3)].linear; }
