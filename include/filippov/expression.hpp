@@ -118,6 +118,9 @@ public:
     bool has_params(Expr e) const { return has_params_[std::size_t(e)]; }
     /// True if something in it switches.
     bool switches(Expr e) const { return switches_[std::size_t(e)]; }
+    /// True if it may jump with time or state: something in it switches or has poles. (The slope of
+    /// what jumps may still be the same everywhere: that of arctan(tan(t)) is 1.)
+    bool may_jump(Expr e) const { return may_jump_[std::size_t(e)]; }
 
     // --- operations ------------------------------------------------------------------------------
 
@@ -662,10 +665,14 @@ private:
         const bool external = n.op == Op::call;
         bool varies = n.op == Op::time || n.op == Op::state || external;
         bool switches = n.op >= Op::sign, has_params = n.op == Op::param || external;
+        bool may_jump = switches || external || n.op == Op::tan || n.op == Op::pow ||
+                        (n.op == Op::powi && n.index < 0) ||
+                        (n.op == Op::div && varies_[std::size_t(n.arg[1])]);
         for (int k = 0; k < arity(n.op); ++k) {
             varies = varies || varies_[std::size_t(n.arg[std::size_t(k)])];
             switches = switches || switches_[std::size_t(n.arg[std::size_t(k)])];
             has_params = has_params || has_params_[std::size_t(n.arg[std::size_t(k)])];
+            may_jump = may_jump || may_jump_[std::size_t(n.arg[std::size_t(k)])];
         }
         nodes_.push_back(n);
         const KnownSign sign = known_sign(n);
@@ -676,6 +683,7 @@ private:
         varies_.push_back(varies);
         switches_.push_back(switches);
         has_params_.push_back(has_params);
+        may_jump_.push_back(may_jump && varies);
         known_.emplace(Key{n.op, n.arg, n.index, n.value}, e);
         return e;
     }
@@ -821,7 +829,7 @@ private:
 
     using Key = std::tuple<Op, std::array<Expr, 3>, int, double>;
     std::vector<Node> nodes_;
-    std::vector<bool> varies_, switches_, has_params_, positive_, not_negative_;
+    std::vector<bool> varies_, switches_, has_params_, may_jump_, positive_, not_negative_;
     std::vector<ValueRange> range_;  ///< that no value is outside of
     std::map<Expr, bool> magnitude_; ///< what is_magnitude has found
     std::map<Key, Expr> known_;

@@ -44,6 +44,7 @@ public:
             grad_h.push_back(tape(gradient));
             h_t.push_back(tape(std::array{rate}));
             gradient.push_back(rate);
+            linear_h = linear_h && !graph.may_jump(e);
             for (const Expr slope : gradient)
                 linear_h = linear_h && !graph.varies(slope);
         }
@@ -130,7 +131,7 @@ private:
             slope = graph[g].value;
             rest = graph.substitute(rest, graph.state(i), graph.constant(0));
         }
-        if (component < 0 || graph.varies(rest))
+        if (component < 0 || graph.varies(rest) || graph.may_jump(d.h[0]))
             return;
         if (const int k = derived_.place(rest); k >= 0)
             plane = {component, slope, k};
@@ -149,7 +150,8 @@ private:
         }
         const Expr rate = graph.derivative(d.h[0], graph.time());
         const auto component = std::size_t(only);
-        const bool known = n == 1 && !graph.varies(gradient[component]);
+        const bool jumps = graph.may_jump(d.h[0]);
+        const bool known = n == 1 && !graph.varies(gradient[component]) && !jumps;
         // where the component that h fixes is
         const Expr there =
             known ? graph.neg(graph.div(graph.substitute(d.h[0], x[component], graph.constant(0)),
@@ -170,7 +172,7 @@ private:
         const Expr w = graph.sub(l1, l2), share1 = graph.div(graph.neg(l2), w),
                    share2 = graph.div(l1, w);
         std::vector<Expr> f;
-        constant_slide = true;
+        constant_slide = !jumps;
         for (std::size_t i = 0; i < x.size(); ++i) {
             const Expr f1 = in_slide(d.region[0][i]), f2 = in_slide(d.region[1][i]);
             f.push_back(known && i == component ? graph.neg(graph.div(rate, gradient[component]))

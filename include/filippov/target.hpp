@@ -69,6 +69,8 @@ public:
                                                   guards_.guard_value(found_.guard, t, path.x1));
         if (!meets_surface())
             return true;
+        if (found_.jumps) // (at a pole the band is as large as h)
+            return false;
         const S rate = normal_component(at_.sys, surface(), t, path.x1, at_.p, path.end_field());
         const S band = S(1e3) * rounding_band(at_.sys, surface(), t, path.x1, at_.p) +
                        S(8) * ulp(t) * abs(rate) +

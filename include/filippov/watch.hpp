@@ -25,6 +25,7 @@ template <class S> struct Found {
     int pole = -1;        ///< of the end of a slide: the guard of L1 - L2, if that ends with it
     bool blurred = false; ///< a guard swings too fast in the step to tell
     S next = S(2);        ///< where the first event is that is not of its surface
+    bool jumps = false;   ///< the guard changes sign there without being zero: a jump, or a pole
 };
 
 /// The guards of a run, those of its user's sections among them. What refers to a step has its path
@@ -275,8 +276,10 @@ public:
             if (found.blurred)
                 return found;
             if (found.guard >= 0 && !found.touch && trace(g).own_pace && !looks_linear(g) &&
-                !falls_smoothly<Path>(g, raw, found.theta))
+                !falls_smoothly<Path>(g, raw, found.theta)) {
                 found.theta = first_of_several<Path>(g, raw, found.theta);
+                found.jumps = changes_without_zero(g, raw, found.theta);
+            }
             if (found.theta < first.theta)
                 std::swap(first, found);
             first.next = std::min(first.next, found.next);
@@ -465,7 +468,7 @@ private:
             any = any || trace(g).own_pace;
         }
         if (any)
-            look_closely(path, Path::slides || unjudged, elapsed);
+            look_closely(path, elapsed);
     }
     template <class Path> FILIPPOV_COLD S growth_by_pace(Path& path, bool unjudged) {
         S most = std::numeric_limits<S>::infinity();
@@ -516,11 +519,9 @@ private:
         }
     }
 
-    template <class Path>
-    FILIPPOV_COLD void look_closely(Path& path, bool quiet, const S& elapsed) {
+    template <class Path> FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
         using Times = typename Path::Times;
-        bool more =
-            !Path::exact_probes && quiet && abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
+        bool more = !Path::exact_probes && abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
             w.sampled = false;
@@ -800,6 +801,17 @@ private:
             }
         }
         return theta;
+    }
+
+    /// True if guard g changes its sign at theta without being zero: closer to it, it gets no
+    /// smaller.
+    template <class Raw> bool changes_without_zero(int g, const Raw& raw, const S& theta) const {
+        const auto size = [&](S little) {
+            little *= std::min(theta, S(1) - theta);
+            return std::min(abs_(raw(S(theta - little))), abs_(raw(S(theta + little))));
+        };
+        const S close = size(S(1e-6));
+        return close > S(1e3) * touch_band(g, true) && close > S(0.5) * size(S(1e-3));
     }
 
     /// Guard g along a step with the root at its start divided out. Within the sliver the quotient

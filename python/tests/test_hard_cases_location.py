@@ -212,6 +212,60 @@ def test_h21_a_start_where_two_branches_of_a_surface_cross(method):
 # --- H22 ------------------------------------------------------------------------------------------
 
 
+@each_method
+@pytest.mark.parametrize("tol", [1e-4, 1e-8])
+@pytest.mark.parametrize("declared", [False, True])
+def test_h22_a_sawtooth_of_time_is_nowhere_stepped_over(method, tol, declared):
+    # its slope is the same everywhere, but it is not linear
+    T, a, n = 0.2, 0.2, 20
+    for duty in (0.75, 0.25, 0.03, 0.97):
+
+        @fp.system(state="x", period=T if declared else None)
+        def pwm(t, s, p):
+            ramp = np.arctan(np.tan(np.pi * t / T - np.pi / 2)) / np.pi + 0.5  # noqa: B023
+            return (np.where(ramp < duty, 1, 0) - a * s.x,)  # noqa: B023
+
+        x = 0.0
+        for _ in range(n):
+            x = (1 / a + (x - 1 / a) * np.exp(-a * duty * T)) * np.exp(-a * (1 - duty) * T)
+        run = go(pwm, [0], (0, (n - 1e-3) * T), tol, method)
+        assert run.success
+        assert times(run, "cross") == close(
+            sorted([(k + duty) * T for k in range(n)] + [k * T for k in range(1, n)]), 1e-9
+        )
+        assert run.y[0, -1] == close(x * np.exp(a * 1e-3 * T), 20 * tol)
+
+
+@each_method
+def test_h22_an_angle_that_is_wrapped(method):
+    @fp.system(state="x z")
+    def wrapped(t, s, p):
+        return 1.0, np.where(np.arctan(np.tan(s.x / 2)) > 0.3, 1, 0)
+
+    run = go(wrapped, [0.1, 0], (0, 30), 1e-8, method)
+    assert run.success
+    at = [0.6, np.pi]
+    at = [t + 2 * np.pi * k - 0.1 for k in range(6) for t in at]
+    at = [t for t in at if t < 30]
+    assert times(run, "cross") == close(at, 1e-6)
+    assert run.y[1, -1] == close(sum(at[1::2]) - sum(at[: len(at[1::2]) * 2 : 2]), 1e-5)
+
+
+@each_method
+@pytest.mark.parametrize("level", [0.5, -2.0])
+def test_h22_an_h_that_changes_its_sign_at_a_pole(method, level):
+    @fp.system(state="x v z")
+    def ratio(t, s, p):
+        return s.v, -s.x, np.where(s.v / s.x > level, 1, 0)
+
+    run = go(ratio, [1, 0, 0], (0, 10), 1e-8, method)
+    assert run.success
+    root = -np.arctan(level)  # of v/x = -tan t, and where it is infinite
+    at = sorted([root + np.pi * k for k in range(5)] + [np.pi * (k + 0.5) for k in range(4)])
+    at = [t for t in at if 0 < t < 10]
+    assert times(run, "cross") == close(at, 1e-6)
+
+
 def roof(t, s, p):
     return 2 * abs(s.x - 0.7) + s.y - 0.9
 
