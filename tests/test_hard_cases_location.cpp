@@ -370,7 +370,7 @@ TEMPLATE_TEST_CASE("H22: a jump of h in time is an event at the jump", "[hard]",
 }
 
 TEMPLATE_TEST_CASE("H22: an h that changes its sign at a pole is crossed there", "[hard]",
-                   DormandPrince5, DormandPrince8, Rodas5P) {
+                   DormandPrince5, DormandPrince8) {
     // x = cos t, v = -sin t: v/x = -tan t
     const auto turn = [](const auto&, const auto& x) {
         auto f = x;
@@ -380,25 +380,22 @@ TEMPLATE_TEST_CASE("H22: an h that changes its sign at a pole is crossed there",
     };
     const double tol = GENERATE(1e-4, 1e-8, 1e-11), level = GENERATE(0.5, -2.0, 30.0);
     const double pi = std::numbers::pi;
-    SECTION("a ratio, and one to the third power") {
-        const bool third = GENERATE(false, true);
-        const Plane sys(turn, turn, [=](const auto&, const auto& x) {
-            const auto ratio = x[1] / x[0];
-            return (third ? ratio * ratio * ratio : ratio) - level;
-        });
-        const auto r = go<TestType>(sys, V2(1, 0), 0.1, 9, bounded<2>(tol));
-        CHECK(r.result.status == Status::ok);
-        std::vector<std::pair<EventKind, double>> events;
-        const double root = -std::atan(third ? std::cbrt(level) : level);
-        for (int k = 0; k < 3; ++k)
-            for (const double t : {(k + 0.5) * pi, root + (k + (root > 0 ? 0 : 1)) * pi})
-                events.push_back({cross, t + 0.1});
-        std::sort(events.begin(), events.end(),
-                  [](const auto& a, const auto& b) { return a.second < b.second; });
-        while (events.back().second > 9)
-            events.pop_back();
-        check_events(r.events, events, 100 * tol);
-    }
+    const bool third = GENERATE(false, true);
+    const Plane sys(turn, turn, [=](const auto&, const auto& x) {
+        const auto ratio = x[1] / x[0];
+        return (third ? ratio * ratio * ratio : ratio) - level;
+    });
+    CAPTURE(third, level, tol);
+    const auto r = go<TestType>(sys, V2(1, 0), 0, 9, bounded<2>(tol));
+    CHECK(r.result.status == Status::ok);
+    std::vector<Expected> events;
+    const double root = -std::atan(third ? std::cbrt(level) : level);
+    for (int k = 0; k < 4; ++k)
+        for (const double t : {(k + 0.5) * pi, root + k * pi})
+            if (t > 0 && t < 9)
+                events.push_back({cross, t});
+    std::sort(events.begin(), events.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+    check_events(r.events, events, 200 * tol);
 }
 
 TEMPLATE_TEST_CASE("H22: a surface that jumps away leaves a slide behind", "[hard]", DormandPrince5,

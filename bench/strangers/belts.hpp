@@ -117,8 +117,10 @@ private:
     }
     /// What is positive as long as the mode lasts.
     Long margin(Long t, Long x, Long v) const {
-        // (a dip of s beyond its end that is lower than the tolerance may be a touch)
-        return mode_ == 0 ? 1 + 20 * nudge_.of(1) - std::abs(s(t, x)) : mode_ * (v - belt(t, x));
+        // (a dip of s beyond its end that is lower than the tolerance may be a touch; the last step
+        // of a slip may err, too, however short it is)
+        return mode_ == 0 ? 1 + 20 * nudge_.of(1) - std::abs(s(t, x))
+                          : mode_ * (v - belt(t, x) + nudge_.of(1));
     }
     Long margin_within(Long d, Long theta) const {
         return margin(t_ + theta * d, at(x_, kx_, d, theta),
@@ -128,11 +130,12 @@ private:
     /// @param leaves  it begins at zero
     Long first_event(Long d, bool leaves) const {
         constexpr int n = 8;
-        Long m0 = 1e30L, m1 = leaves ? 1e30L : margin_within(d, 0);
+        // (one sample before the step and one beyond: a minimum at its ends)
+        Long m0 = leaves ? 1e30L : margin_within(d, -1.0L / n),
+             m1 = leaves ? 1e30L : margin_within(d, 0);
         if (leaves && !(margin_within(d, 1.0L / 64) > 0))
             return -1;
         for (int k = 1; k <= n + 1; ++k) {
-            // (one sample beyond the step: a minimum at its end)
             const Long theta = Long(k) / n, m2 = margin_within(d, theta);
             if (!(m2 > 0) && k <= n)
                 return narrowed(d, Long(k - 1) / n, theta);
@@ -142,10 +145,10 @@ private:
                     const Long c = a + (b - a) * 0.381966011250105151796L,
                                e = a + (b - a) * 0.618033988749894848204L;
                     const Long fc = margin_within(d, c), fe = margin_within(d, e);
-                    if (!(fc > 0) && c <= 1)
-                        return narrowed(d, Long(k - 2) / n, c);
-                    if (!(fe > 0) && e <= 1)
-                        return narrowed(d, Long(k - 2) / n, e);
+                    if (!(fc > 0) && c >= 0 && c <= 1)
+                        return narrowed(d, std::max(Long(k - 2) / n, 0.0L), c);
+                    if (!(fe > 0) && e >= 0 && e <= 1)
+                        return narrowed(d, std::max(Long(k - 2) / n, 0.0L), e);
                     (fc < fe ? b : a) = fc < fe ? e : c;
                 }
             }

@@ -85,30 +85,33 @@ public:
         path.x1 = project(at_.sys, on_surface ? at_.held_with(surface(), t, path.x1) : at_.held, t,
                           path.x1, at_.p, at_.scale);
     }
-    /// True if the gradient of h vanishes where the surface was met: to first order the step
-    /// explains less than a millionth of the change of h, and no part of the gradient is what it
-    /// was. (At a tangency a curved surface is met by motion along it, and its gradient is there.)
-    template <class Path> bool degenerate(const Path& path) const {
+    /// True if the gradient of h vanishes where the surface was met: to first order the step, and
+    /// its second half, explain less than a millionth of the change of h, and no part of the
+    /// gradient is what it was. (At a tangency a curved surface is met by motion along it, and its
+    /// gradient is there. A step that began at a pole of h shows less than its second half.)
+    template <class Path> bool degenerate(Path& path) const {
+        return meets_surface() && flat_since(path, S(0), at_.x) &&
+               flat_since(path, S(0.5), path(S(0.5)));
+    }
+
+private:
+    template <class Path> bool flat_since(const Path& path, const S& theta, const X& x) const {
         using std::abs;
-        if (!meets_surface())
-            return false;
-        const S t0 = at_.clock.local, t1 = t0 + path.dt;
+        const S t0 = at_.clock.local + theta * path.dt, t1 = at_.clock.local + path.dt;
         const X now = grad_h(at_.sys, surface(), t1, path.x1, at_.p);
         const S rate = h_t(at_.sys, surface(), t1, path.x1, at_.p);
-        S first_order = abs(rate * path.dt);
+        S first_order = abs(rate * (t1 - t0));
         for (int i = 0; i < N; ++i)
-            first_order += abs(now[i] * (path.x1[i] - at_.x[i]));
-        const S change = abs(h(t1, path.x1) - h(t0, at_.x));
+            first_order += abs(now[i] * (path.x1[i] - x[i]));
+        const S change = abs(h(t1, path.x1) - h(t0, x));
         if (first_order > S(1e-6) * change || !(change > S(0)))
             return false;
-        const X before = grad_h(at_.sys, surface(), t0, at_.x, at_.p);
-        bool remains = vanishes_not(rate, h_t(at_.sys, surface(), t0, at_.x, at_.p));
+        const X before = grad_h(at_.sys, surface(), t0, x, at_.p);
+        bool remains = vanishes_not(rate, h_t(at_.sys, surface(), t0, x, at_.p));
         for (int i = 0; i < N; ++i)
             remains = remains || vanishes_not(now[i], before[i]);
         return !remains;
     }
-
-private:
     static bool vanishes_not(const S& now, const S& before) {
         using std::abs;
         return abs(now) > S(1e-3) * abs(before);
