@@ -110,6 +110,29 @@ struct Hilly {
     template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[1] - g(x[0]); }
 };
 
+/// x' = 1 or 0, less a x: on in pulses, a part `duty` of each period.
+struct Pulsed {
+    static constexpr int dim = 1;
+    template <class S> using X = Vec<S, 1>;
+    template <class S> using P = Vec<S, 0>;
+    double T = 1, duty = 0.1, sharp = 8, a = 1;
+    bool declared = false;
+
+    template <class S> X<S> f1(const S&, const X<S>& x, const P<S>&) const {
+        return X<S>(S(-a) * x[0]);
+    }
+    template <class S> X<S> f2(const S&, const X<S>& x, const P<S>&) const {
+        return X<S>(S(1) - S(a) * x[0]);
+    }
+    template <class S> S h(const S& t, const X<S>&, const P<S>&) const {
+        using std::cos;
+        using std::exp;
+        const double pi = std::numbers::pi;
+        return exp(S(sharp) * (cos(S(2 * pi / T) * t - S(pi)) - cos(S(pi * duty)))) - S(1);
+    }
+    template <class S> S period(const P<S>&) const { return declared ? S(T) : S(0); }
+};
+
 /// A body on a floor: it lies there while g(t) is less than its weight.
 struct Lying {
     static constexpr int dim = 2;
@@ -275,6 +298,32 @@ TEMPLATE_TEST_CASE("pace: a constant field meets a surface that swings or is hil
         }
     }
     CHECK(n > 150);
+}
+
+TEMPLATE_TEST_CASE("pace: pulses are not stepped over, whatever steps the field bears", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    Random random(11);
+    for (int i = 0; i < 400; ++i) {
+        const Pulsed sys{std::exp(random(-5, 1)), random(0.08, 0.3), random(4, 40),
+                         std::exp(random(-3, 2)), i % 2 == 0};
+        const double tol = std::pow(10, random(-9, -3));
+        const int n = 10;
+        CAPTURE(i, sys.T, sys.duty, sys.sharp, sys.a, tol);
+        // (first steps over some periods are another matter: at most two here)
+        auto settings = tolerance<Pulsed>(tol);
+        settings.first_step = std::min(2 * sys.T, 1e-2 / sys.a);
+        const auto r = simulate<TestType>(sys, {}, Vec<double, 1>(0.2), 0, n * sys.T, settings);
+        REQUIRE(r.result.status == Status::ok);
+        std::vector<double> met;
+        for (const auto& event : r.events)
+            if (event.kind == EventKind::cross)
+                met.push_back(event.t / sys.T);
+        REQUIRE(met.size() == 2 * n);
+        for (int k = 0; k < n; ++k) {
+            CHECK(met[std::size_t(2 * k)] == Approx(k + 0.5 - sys.duty / 2).epsilon(1e-9));
+            CHECK(met[std::size_t(2 * k + 1)] == Approx(k + 0.5 + sys.duty / 2).epsilon(1e-9));
+        }
+    }
 }
 
 TEMPLATE_TEST_CASE("pace: a body lies on the floor until the force lifts it", "[pace]",

@@ -388,6 +388,13 @@ public:
     }
 
 private:
+    /// What the run has seen of a surface.
+    struct Surface {
+        X gradient;
+        S rate = S(0);      ///< dh/dt
+        bool seen = false;  ///< these are its
+        bool linear = true; ///< these are the same everywhere, as far as was seen
+    };
     using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
                                                       SampleTimes<S>::n + 1)>;
 
@@ -486,7 +493,8 @@ private:
         if (declared_linear_)
             return false;
         Surface& surface = surfaces_[idx(g / 3)];
-        surface.linear = surface.linear && is_straight(g, path);
+        surface.linear = surface.linear && is_straight(g, path) &&
+                         has_gradient(surface, g / 3, S(at_.clock.local + path.dt), path.x1);
         return unjudged || !surface.linear;
     }
     /// True of an h that was linear in t and x wherever the run has looked.
@@ -509,14 +517,19 @@ private:
             Surface& surface = surfaces_[idx(j)];
             if (at_.mode[j] == 0 || !surface.linear)
                 continue;
-            const X gradient = grad_h(at_.sys, j, at_.clock.local, at_.x, at_.p);
-            const S rate = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p);
-            surface.linear =
-                !surface.seen || (surface.rate == rate && surface.gradient == gradient);
-            surface.seen = true;
-            surface.gradient = gradient;
-            surface.rate = rate;
+            if (!surface.seen) {
+                surface.gradient = grad_h(at_.sys, j, at_.clock.local, at_.x, at_.p);
+                surface.rate = h_t(at_.sys, j, at_.clock.local, at_.x, at_.p);
+                surface.seen = true;
+            } else {
+                surface.linear = has_gradient(surface, j, at_.clock.local, at_.x);
+            }
         }
+    }
+    /// True if h_j has the gradient here that it had where it was seen first, to the last bit.
+    bool has_gradient(const Surface& surface, int j, const S& t, const X& x) const {
+        return surface.rate == h_t(at_.sys, j, t, x, at_.p) &&
+               surface.gradient == grad_h(at_.sys, j, t, x, at_.p);
     }
 
     template <class Path> FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
@@ -870,13 +883,6 @@ private:
     const Place<Sys, S>& at_;
     const Sec& sections_;
     const bool declared_linear_;
-    /// What the run has seen of a surface.
-    struct Surface {
-        X gradient;
-        S rate = S(0);      ///< dh/dt
-        bool seen = false;  ///< these are its
-        bool linear = true; ///< these are the same everywhere, as far as was seen
-    };
     std::array<GuardTrace, n_guards> traces_{};
     std::array<Surface, std::size_t(M)> surfaces_{};
     std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
