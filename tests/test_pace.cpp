@@ -520,6 +520,25 @@ TEST_CASE("pace: lanes see ripples and surfaces that swing six hundred times a u
     }
 }
 
+TEMPLATE_TEST_CASE("pace: lanes step over no pulses", "[pace]", DormandPrince5, DormandPrince8) {
+    Random random(12);
+    for (int i = 0; i < 200; ++i) {
+        const Pulsed sys{std::exp(random(-5, 1)), random(0.08, 0.3), random(4, 40),
+                         std::exp(random(-3, 2)), i % 2 == 0};
+        auto settings = tolerance<Pulsed>(std::pow(10, random(-9, -3)));
+        settings.first_step = std::min(2 * sys.T, 1e-2 / sys.a);
+        Members<Pulsed> members;
+        for (int k = 0; k < 8; ++k)
+            members.push_back({.x = Vec<double, 1>(random(0, 1)), .t_end = 10 * sys.T});
+        CAPTURE(i, sys.T, sys.duty, sys.sharp, sys.a, settings.rtol);
+        const auto all = run<TestType>(sys, members, settings);
+        for (const auto& outcome : all.outcomes) {
+            CHECK(outcome.status == Status::ok);
+            CHECK(outcome.events == 20);
+        }
+    }
+}
+
 TEST_CASE("pace: lanes see what single runs see", "[pace]") {
     Random random(7);
     for (int i = 0; i < 40; ++i) {

@@ -226,9 +226,10 @@ private:
         look.settle();
         return look;
     }
-    /// Where a step of a field shows all of an h with a pace of its own: its probes follow a cubic,
-    /// or are far off it but farther from zero; and a field that is quiet has not let it grow. The
-    /// next step is not to be too long for h: see Watch::look.
+    /// Where a step of a field shows all of an h with a pace of its own: its probes, if they are
+    /// many, follow a cubic, or are far off it but farther from zero; a field that is quiet has not
+    /// let it grow; and it is not the first of its mode. The next step is not to be too long for
+    /// h: see Watch::look.
     FILIPPOV_COLD static Mask shows_all(Group& g, const Trial<W>& r, const Probed& guard,
                                         const Mask& accepted) {
         std::array<T, Times::n + 1> v = guard.probe;
@@ -236,9 +237,12 @@ private:
         const Fit<W> fit = fit_of<Times>(v);
         const StepControl<Tableau, T> control;
         const Mask quiet = accepted & (g[last_error] <= control.previous);
-        const T most = select(fit.full(), T(1), select(quiet & ~r.cut, T(2), infinity<W>()));
+        const Mask young = (g[start_order] > T(0)) | (g[tries] <= T(1));
+        const T most =
+            select(fit.full(), T(1), select((quiet | young) & ~r.cut, T(2), infinity<W>()));
         g.set(proposal, min(g[proposal], most * r.dt), accepted);
-        return (fit.clear() | fit.resolved()) & ~quiet;
+        constexpr bool few = Times::n < 10;
+        return (fit.clear() | fit.resolved()) & ~(quiet | young | Mask(few));
     }
     /// As the first step of a segment, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
