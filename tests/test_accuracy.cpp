@@ -40,6 +40,22 @@ struct Flight {
     }
 };
 
+/// Two decays, the second of which drives the first.
+struct Decay {
+    static constexpr int dim = 2;
+    template <class S> using X = Vec<S, 2>;
+    template <class S> using P = Vec<S, 0>;
+    double a, b, c;
+
+    template <class S> X<S> f1(const S&, const X<S>& x, const P<S>&) const {
+        return X<S>(S(-a) * x[0] + S(c) * x[1], S(-b) * x[1]);
+    }
+    template <class S> X<S> f2(const S& t, const X<S>& x, const P<S>& p) const {
+        return f1(t, x, p);
+    }
+    template <class S> S h(const S&, const X<S>& x, const P<S>&) const { return x[0] + S(100); }
+};
+
 template <class Tableau> Home home(double tol) {
     const auto& reference = rivals::reference_home;
     auto p = default_params<models::Oscillator>();
@@ -132,4 +148,24 @@ TEMPLATE_TEST_CASE("accuracy: dense output is exact within steps that end on an 
         CHECK(off < 1e-11);
     }
     CHECK(crossings >= 40);
+}
+
+TEMPLATE_TEST_CASE("accuracy: dense output keeps the tolerance where stability bounds the steps",
+                   "[accuracy]", DormandPrince5, DormandPrince8, Rodas5P) {
+    const double tol = GENERATE(1e-3, 1e-6, 1e-9);
+    for (int i = 0; i < 60; ++i) {
+        const Decay sys{0.4 + 0.11 * i, 0.4 + 0.07 * ((7 * i) % 60) + 1e-3, std::cos(3 * i)};
+        const Vec<double, 2> x0(2 * std::sin(i), 2 * std::cos(5 * i));
+        const auto r = simulate<TestType>(sys, {}, x0, 0, 30, tolerance<2>(tol));
+        REQUIRE(r.result.status == Status::ok);
+        const double k = sys.c * x0[1] / (sys.a - sys.b);
+        double off = 0;
+        for (int j = 0; j <= 2000; ++j) {
+            const double t = 0.015 * j;
+            const double x = (x0[0] - k) * std::exp(-sys.a * t) + k * std::exp(-sys.b * t);
+            off = std::max(off, std::abs(r(std::min(t, r.t.back()))[0] - x) / (1 + std::abs(x)));
+        }
+        CAPTURE(i, sys.a, sys.b, sys.c);
+        CHECK(off < 6 * tol);
+    }
 }

@@ -112,6 +112,28 @@ private:
         counters.field += Tableau::extra_stages;
         ++counters.interpolants;
         built = true;
+        if constexpr (Tableau::extra_stages > 0)
+            if (at.norm(polynomial.c.back()) > most_of_last) [[unlikely]]
+                refit();
+    }
+    /// The last term of an interpolant of high order is a few tolerances. Where it is more, stages
+    /// differ by what stability alone bounds: steps at its limit, whose ends are right, would be
+    /// off by a thousand tolerances inside. Their interpolant goes through thirds of the step.
+    FILIPPOV_COLD void refit() {
+        const auto field = [&](std::size_t, const S& t, const X& x) { return rhs.field(t, x); };
+        Stepper third;
+        X x = at.x, slope = rk.k[0];
+        std::array<X, 4> inside; // values and derivatives by theta at both
+        for (std::size_t j = 0; j < 2; ++j) {
+            const S t = at.clock.local + S(j) / S(3) * dt;
+            third.begin(slope);
+            third.step(field, t, x, S(dt / S(3)), inside[2 * j]);
+            x = inside[2 * j];
+            slope = third.k[Stepper::last];
+            inside[2 * j + 1] = dt * slope;
+        }
+        counters.field += 2 * (Tableau::stages - 1);
+        polynomial.pass_thirds(inside);
     }
     FILIPPOV_INLINE void take(const S& step) {
         rk.step(rhs, at.clock.local, at.x, step, x1);
@@ -130,6 +152,7 @@ private:
         x1 = x;
         end = slope;
     }
+    static constexpr S most_of_last = S(1000); ///< in tolerances
     static S abs_(const S& v) {
         using std::abs;
         return abs(v);

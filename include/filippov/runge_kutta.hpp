@@ -40,6 +40,34 @@ template <class S, int N, int Terms> struct Interpolant {
         }
         return d;
     }
+    /// Its last four terms are made to pass two points: value and derivative by theta at 1/3, the
+    /// same at 2/3.
+    void pass_thirds(const std::array<Vec<S, N>, 4>& inside)
+        requires(Terms == 8)
+    {
+        // beyond the cubic, theta^2 (1 - theta)^2 q(theta): q is a cubic, which starts and ends ...
+        const S third = S(1) / S(3), weight = S(4) / S(81), tilt = S(4) / S(27);
+        for (std::size_t m = 4; m < 8; ++m)
+            c[m].setZero();
+        const Vec<S, N> cubic_a = (*this)(third), cubic_b = (*this)(S(2) * third),
+                        slope_a = slope(third), slope_b = slope(S(2) * third);
+        for (int i = 0; i < N; ++i) {
+            const S a = (inside[0][i] - cubic_a[i]) / weight,
+                    b = (inside[2][i] - cubic_b[i]) / weight,
+                    da = third * ((inside[1][i] - slope_a[i]) - tilt * a) / weight,
+                    db = third * ((inside[3][i] - slope_b[i]) + tilt * b) / weight;
+            const S rise = S(12) * (a - b);
+            const S start = S(5) * b - S(4) * a - S(4) * da - S(2) * db,
+                    end = S(5) * a - S(4) * b + S(2) * da + S(4) * db,
+                    start_slope = (rise + S(8) * da + S(5) * db) / third,
+                    end_slope = (rise + S(5) * da + S(8) * db) / third;
+            // ... q = c4 + theta (c5 + (1 - theta) (c6 + theta c7)) with these
+            c[4][i] = start;
+            c[5][i] = end - start;
+            c[6][i] = start_slope - c[5][i];
+            c[7][i] = c[5][i] - c[6][i] - end_slope;
+        }
+    }
 };
 
 /// The stages of one step. `rhs(j, t, x)` returns the derivative at stage j, t = t0 + c[j] dt; it
