@@ -264,7 +264,8 @@ private:
             select(some & (found < infinity<W>()), found, select(steady, min(other, soon), other));
         const T most = max(T(d1 * unit * unit), T(d2 * unit * unit * unit * unit));
         const T power = T(-0.5 / Tableau::order) * detail::log2_of(T(most * T(1e4)));
-        const T first = min(unit * min(T(1), detail::exp2_of(power)), span);
+        const T longest = run_.linear_h ? span : span / T(128);
+        const T first = min(unit * min(T(1), detail::exp2_of(power)), longest);
         return select((first > T(0)) & (first < infinity<W>()), first, T(1e-6) * span);
     }
     /// The next trial after a stage that was not finite: nearly to the surface if the step led

@@ -76,6 +76,7 @@ public:
     void enter(const Mode<M>& mode) {
         const bool changed = !(mode == place_.mode),
                    slid = place_.mode.sliding() > 0 && dt_ != S(0);
+        const S lasted = elapsed_;
         if (changed) {
             have_k0_ = false;
             elapsed_ = S(0);
@@ -91,6 +92,9 @@ public:
         if (slid && mode.sliding() == 0 && dt_before_slide_ != S(0) &&
             abs_(dt_before_slide_) < abs_(dt_))
             dt_ = dt_before_slide_;
+        // What the field does not resolve is looked at from as near as it changed before.
+        if (changed && lasted > S(0) && watch_.may_outpace(false))
+            dt_ = forward() * std::min(abs_(dt_), std::max(S(2) * lasted, least_first_step()));
         const bool first_slip = slid && mode.sliding() == 0 && dt_before_slide_ == S(0);
         checks_ = first_slip || counters_.steps == 0 ? most_checks : 0;
     }
@@ -113,10 +117,13 @@ public:
         S first = std::min({natural_step_, span, settings.max_step});
         if (settings.first_step > S(0))
             first = std::min(settings.first_step, span);
+        else if (!forced_ && watch_.may_outpace(counters_.steps == 0))
+            first = std::min(first, std::max(span / S(128), least_first_step()));
         if (settings.fixed_step > S(0))
             first = settings.fixed_step;
         dt_ = forward() * std::max(first, place_.resolution());
     }
+    S least_first_step() const { return S(1e4) * place_.resolution(); }
 
     /// Follows the mode to the next stop.
     Stop advance() {
@@ -573,12 +580,11 @@ private:
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * place_.resolution());
     }
     /// The next step, after one that was good.
-    template <class Path>
-    FILIPPOV_INLINE void propose(Path& path, const Trial& t, const S& error, bool unjudged) {
+    template <class Path> FILIPPOV_INLINE void propose(Path& path, const Trial& t, const S& error) {
         // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
         // one that ends at an event keeps the full step's.
         S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
-        const S most = watch_.growth(path, unjudged);
+        const S most = watch_.growth(path);
         if (abs_(proposed) > most * abs_(t.dt))
             proposed = most * t.dt;
         if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
@@ -713,7 +719,7 @@ private:
                     }
                 }
             if (!fixed)
-                propose(path, {dt, cut, last}, error, unjudged);
+                propose(path, {dt, cut, last}, error);
             else
                 dt_ = forward() * place_.settings.fixed_step; // (it may have been cut)
             if (found.guard >= 0) {

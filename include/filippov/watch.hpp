@@ -211,11 +211,19 @@ public:
                 return true;
         return false;
     }
+    /// True if the field alone says nothing of how soon an event may come: sections are watched, or
+    /// an h that is not linear, or not known to be when the run begins.
+    bool may_outpace(bool begins) const {
+        for (const int g : active_guards())
+            if (g >= Guard<M>::first_section ||
+                (off_surface(g) && !declared_linear_ && (begins || !looks_linear(g))))
+                return true;
+        return false;
+    }
     /// By how much the next step may be longer, or has to be shorter, for the sake of guards with a
-    /// pace of their own. Where nothing else bounds it, a step is not longer than what the mode has
-    /// shown so far.
-    template <class Path> FILIPPOV_INLINE S growth(Path& path, bool unjudged) {
-        return any_pace_ ? growth_by_pace(path, unjudged) : std::numeric_limits<S>::infinity();
+    /// pace of their own: it is not longer than what the mode has shown so far.
+    template <class Path> FILIPPOV_INLINE S growth(Path& path) {
+        return any_pace_ ? growth_by_pace(path) : std::numeric_limits<S>::infinity();
     }
     bool starts_on_root() const {
         for (const int g : active_guards())
@@ -477,11 +485,11 @@ private:
         if (any)
             look_closely(path, elapsed);
     }
-    template <class Path> FILIPPOV_COLD S growth_by_pace(Path& path, bool unjudged) {
+    template <class Path> FILIPPOV_COLD S growth_by_pace(Path& path) {
         S most = std::numeric_limits<S>::infinity();
         for (const int g : active_guards())
             if (trace(g).own_pace)
-                most = std::min({most, room_of(g, path), Path::slides || unjudged ? S(2) : most});
+                most = std::min({most, room_of(g, path), S(2)});
         return most;
     }
     /// True of a guard that the steps of a field do not resolve as a matter of course.

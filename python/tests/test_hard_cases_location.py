@@ -222,7 +222,7 @@ def test_h22_a_sawtooth_of_time_is_nowhere_stepped_over(method, tol, declared):
 
         @fp.system(state="x", period=T if declared else None)
         def pwm(t, s, p):
-            ramp = np.arctan(np.tan(np.pi * t / T - np.pi / 2)) / np.pi + 0.5  # noqa: B023
+            ramp = np.arctan(np.tan(np.pi * t / T - np.pi / 2)) / np.pi + 0.5
             return (np.where(ramp < duty, 1, 0) - a * s.x,)  # noqa: B023
 
         x = 0.0
