@@ -800,7 +800,7 @@ private:
                     continue;
                 }
             }
-            window = window_ * std::min(S(4), watch_.growth(path, !Path::vouched));
+            window = window_ * std::min(S(4), watch_.growth(path));
             accept(path);
             watch_.template go_on<Path>();
         }
