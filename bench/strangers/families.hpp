@@ -5,6 +5,7 @@
 #include "belts.hpp"
 #include "contacts.hpp"
 #include "converters.hpp"
+#include "gates.hpp"
 #include "relays.hpp"
 #include "two_folds.hpp"
 
@@ -25,6 +26,7 @@ inline const std::vector<Family>& families() {
         {"slides", 8, [](std::uint64_t n) { return RelayDrawn(n, false).problem(); }},
         {"swings", 8, [](std::uint64_t n) { return RelayDrawn(n, true).problem(); }},
         {"ripples", 8, [](std::uint64_t n) { return RelayDrawn::rippled(n).problem(); }},
+        {"gates", 8, draw_gate},
         {"contacts", 8, draw_contact},
         {"converters", 8, draw_converter},
         {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},

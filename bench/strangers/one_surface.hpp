@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of three components and one surface: relays, blocks on belts, two-folds. Which one is
+// Systems of three components and one surface: relays, blocks on belts, two-folds, gates. Which is
 // known at run time, so that the engine is compiled once for all.
 #pragma once
 
@@ -60,6 +60,35 @@ struct TwoFoldLaw {
     template <class S> S h(const S&, const S* z) const { return z[2]; }
 };
 
+/// z0' = (1 + s)/2 - a z0, and (z1, z2) turn, or rest if the gate is one of time. It is open where
+/// the cosine of its angle is above a level, or its tangent, or the angle below one.
+struct GateLaw {
+    enum Kind { pulse, pole, saw } kind = pulse;
+    bool of_time = true;
+    double a = 0, omega = 1, phase = 0, sharp = 1, level = 0;
+
+    template <class S> void field(const S&, const S* z, const S& s, S* f) const {
+        const S turn(of_time ? 0 : omega);
+        f[0] = (S(1) + s) * S(0.5) - S(a) * z[0];
+        f[1] = -turn * z[2];
+        f[2] = turn * z[1];
+    }
+    template <class S> S h(const S& t, const S* z) const {
+        using elementary::cos;
+        using std::atan;
+        using std::exp;
+        using std::sqrt;
+        using std::tan;
+        const S angle = S(omega) * t + S(phase);
+        if (kind == pulse) {
+            const S c = of_time ? S(cos(angle)) : S(z[1] / sqrt(z[1] * z[1] + z[2] * z[2]));
+            return exp(S(sharp) * (c - S(level))) - S(1);
+        }
+        const S ratio = of_time ? S(tan(angle)) : S(z[2] / z[1]);
+        return kind == pole ? S(ratio - S(level)) : S(S(level) - atan(ratio));
+    }
+};
+
 /// A section: W(t) + k0 z0 + k1 z1.
 struct SectionLaw {
     bool watched = false;
@@ -68,10 +97,11 @@ struct SectionLaw {
 };
 
 struct OneSurface {
-    enum Kind { relay, belt, two_fold } kind = relay;
+    enum Kind { relay, belt, two_fold, gate } kind = relay;
     RelayLaw relay_law{};
     BeltLaw belt_law{};
     TwoFoldLaw two_fold_law{};
+    GateLaw gate_law{};
     SectionLaw section_law{};
 
     template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
@@ -80,6 +110,8 @@ struct OneSurface {
             return relay_law.field(t, z, s, f);
         case belt:
             return belt_law.field(t, z, s, f);
+        case gate:
+            return gate_law.field(t, z, s, f);
         default:
             return two_fold_law.field(t, z, s, f);
         }
@@ -90,6 +122,8 @@ struct OneSurface {
             return relay_law.h(t, z);
         case belt:
             return belt_law.h(t, z);
+        case gate:
+            return gate_law.h(t, z);
         default:
             return two_fold_law.h(t, z);
         }

@@ -79,6 +79,8 @@ public:
                 // the residual jumps here, or is too flat to tell: stop just beyond
                 path_.shorten(beyond);
                 result.jumped = !on_target_();
+                if (result.jumped)
+                    leave_pole(beyond);
                 break;
             }
             if (inside && !(k > 6 && k % 2 == 1))
@@ -105,6 +107,15 @@ private:
         return abs(v);
     }
 
+    /// At a pole itself, which the end of the path may be to the last bit, the residual is not
+    /// finite: some ticks later it is.
+    void leave_pole(S d) {
+        const S forward = full_ < S(0) ? S(-1) : S(1);
+        for (int k = 1; k <= 64 && !(residual_() > -std::numeric_limits<S>::infinity()); k *= 2) {
+            d += forward * S(k) * tick(d);
+            path_.shorten(d);
+        }
+    }
     S tick(const S& d) const { return std::max(tick_, ulp(t_ + d)); }
     /// True if a step of this length ends in the one that is shortened, or hardly beyond.
     bool in_step(const S& d) const {

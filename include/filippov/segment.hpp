@@ -746,7 +746,7 @@ private:
     /// Lands on what was found first, or, where no step has that root, on what comes after it.
     template <class Path> FILIPPOV_COLD Stop land_on_first(Path& path, Found<S> found, bool fixed) {
         Stop stop = land(path, found);
-        for (std::uint64_t missed = 0; stop.missed && Guards::n_guards > 3;) {
+        for (std::uint64_t missed = 0; stop.missed;) {
             missed |= std::uint64_t(1) << found.guard;
             found = first_event(path, fixed, missed);
             if (found.guard < 0 || found.blurred)

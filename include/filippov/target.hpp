@@ -90,7 +90,7 @@ public:
     /// gradient is what it was. (At a tangency a curved surface is met by motion along it, and its
     /// gradient is there. A step that began at a pole of h shows less than its second half.)
     template <class Path> bool degenerate(Path& path) const {
-        return meets_surface() && flat_since(path, S(0), at_.x) &&
+        return meets_surface() && !found_.jumps && flat_since(path, S(0), at_.x) &&
                flat_since(path, S(0.5), path(S(0.5)));
     }
 

@@ -723,7 +723,7 @@ private:
         const S band = touch_band(g, false);
         const bool outside = w.order == 0 && (w.start > band + touch_band(g, true) || w.descended);
         Samples samples;
-        const KnownValues<S> known = known_values(path, g, value, samples);
+        const KnownValues<S> known = known_values(path, g, raw, value, samples);
         Contact contact = first_contact(value, g0, outside ? band : S(0), theta, known, patient);
         if (contact == Contact::blurred)
             return {.guard = g, .blurred = true};
@@ -747,12 +747,14 @@ private:
     }
 
     /// How many more there are between a root at the start and the first of the others, each twice
-    /// as near to it as the last: one of several roots is followed by the next at once.
+    /// as near to it as the last, as far as g is no rounding there: one of several roots is followed
+    /// by the next at once.
     static constexpr std::size_t n_near_root = 6;
     using Samples = std::array<KnownValue<S>, n_near_root + SampleTimes<S>::n - 1>;
     /// The samples that a search has to begin with: those of a guard that is not quite a cubic.
-    template <class Path, class Value>
-    KnownValues<S> known_values(Path& path, int g, const Value& value, Samples& samples) {
+    template <class Path, class Raw, class Value>
+    KnownValues<S> known_values(Path& path, int g, const Raw& raw, const Value& value,
+                                Samples& samples) {
         using Times = SampleTimes<S>;
         const GuardTrace& w = trace(g);
         if (!w.own_pace || w.fit.off <= S(1e-6) * w.fit.spread ||
@@ -764,7 +766,8 @@ private:
         std::size_t n = 0;
         for (std::size_t k = n_near_root; rooted && k > 0; --k) {
             const S theta = Times::theta(1) / S(1u << k);
-            samples[n++] = {theta, value(theta)};
+            if (abs_(raw(theta)) > S(4) * touch_band(g, true))
+                samples[n++] = {theta, value(theta)};
         }
         for (std::size_t k = 1; k < Times::n; ++k)
             samples[n++] = {Times::theta(k), rooted ? value(Times::theta(k)) : w.sample[k]};

@@ -14,6 +14,7 @@ namespace filippov::models {
 /// Four surfaces: x1' and x2', on which the blocks rest, and x1 and x2, where coefficients switch.
 struct TwoBlocks {
     static constexpr int dim = 4;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 4;
     static constexpr std::array<std::string_view, 4> state{"x1", "v1", "x2", "v2"};
     static constexpr std::array<std::string_view, 4> params{"F1_right", "F1_left", "F2_right",
@@ -46,6 +47,7 @@ struct TwoBlocks {
 template <int n> struct BeltChain {
     static_assert(n >= 1 && n <= 8, "filippov: a chain of one to eight blocks");
     static constexpr int dim = 2 * n;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = n;
     /// V, c, gamma, then F_1, F_2, ...
     static constexpr std::array<std::string_view, 3 + n> params = [] {

@@ -13,6 +13,7 @@ namespace filippov::models {
 /// reversals are at k pi and the mass rests from 4 pi on at x = -0.2 (exact).
 struct Coulomb {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"x", "v"};
     static constexpr std::array<std::string_view, 3> params{"mu", "a", "omega"};
     static constexpr std::array<double, 3> defaults{0.4, 0.0, 0.5};
@@ -41,6 +42,7 @@ struct Coulomb {
 /// @source chapter, (4.2), (4.4)
 struct Stiction {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"y", "v"};
     static constexpr std::array<std::string_view, 6> params{"A",      "omega", "V",
                                                             "weight", "mu_0",  "mu_s"};

@@ -10,6 +10,7 @@ namespace filippov::models {
 /// @source Dieci & Lopez (2009), SIAM J. Numer. Anal. 47, 2023-2051
 struct DieciLopez {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"x1", "x2"};
     static constexpr std::array<std::string_view, 1> params{"v"};
     static constexpr std::array<double, 1> defaults{0.2};
@@ -30,6 +31,7 @@ struct DieciLopez {
 /// @source Dieci & Lopez (2011), J. Comput. Appl. Math. 235, 3480-3500
 struct DieciLopez2 {
     static constexpr int dim = 3;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 2;
     static constexpr std::array<std::string_view, 3> state{"x1", "x2", "x3"};
     static constexpr std::array<std::string_view, 0> params{};

@@ -13,6 +13,7 @@ namespace filippov::models {
 /// t1 (1 + 2 e/(1 - e)), after infinitely many bounces.
 struct BouncingBall {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"x", "v"};
     static constexpr std::array<std::string_view, 2> params{"g", "e"};
     static constexpr std::array<double, 2> defaults{9.8, 0.9};
@@ -54,6 +55,7 @@ struct Thermostat {
 /// wall; v+ = -e v at the wall.
 struct ImpactBelt {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 2;
     static constexpr std::array<std::string_view, 2> state{"x", "v"};
     static constexpr std::array<std::string_view, 6> params{"A", "omega", "F", "V", "wall", "e"};

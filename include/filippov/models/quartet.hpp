@@ -14,6 +14,7 @@ namespace filippov::models {
 ///   (b, c, d) = (-1, 0, 0)  from 0: not unique
 struct Quartet {
     static constexpr int dim = 1;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 1> state{"x"};
     static constexpr std::array<std::string_view, 3> params{"b", "c", "d"};
     static constexpr std::array<double, 3> defaults{1, 0, 0};

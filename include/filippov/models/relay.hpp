@@ -14,6 +14,7 @@ namespace filippov::models {
 /// @source di Bernardo, Johansson, Vasca (2001), Int. J. Bifurcation and Chaos 11, 1121-1140
 struct Relay {
     static constexpr int dim = 3;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 3> state{"x1", "x2", "x3"};
     static constexpr std::array<std::string_view, 6> params{"zeta", "omega", "lambda",
                                                             "b1",   "b2",    "b3"};

@@ -10,6 +10,7 @@ namespace filippov::models {
 /// pi - arctan(lambda) (up to the initial layer) and slides at 0.
 struct StiffRelay {
     static constexpr int dim = 1;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 1> state{"x"};
     static constexpr std::array<std::string_view, 1> params{"lambda"};
     static constexpr std::array<double, 1> defaults{1000};

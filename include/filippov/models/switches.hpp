@@ -12,6 +12,7 @@ namespace filippov::models {
 /// through infinitely many crossings; with (1, 2, -2, 1) they spiral away from it.
 struct SignPlane {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 2;
     static constexpr std::array<std::string_view, 2> state{"x", "y"};
     static constexpr std::array<std::string_view, 4> params{"a", "b", "c", "d"};
@@ -31,6 +32,7 @@ struct SignPlane {
 /// Where |x2| >= k/3 the relay cannot hold x2.
 struct PlanarRelay {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr std::array<std::string_view, 2> state{"x1", "x2"};
     static constexpr std::array<std::string_view, 1> params{"k"};
     static constexpr std::array<double, 1> defaults{10};
@@ -56,6 +58,7 @@ struct PlanarRelay {
 /// @source after Casey, de Jong & Gouze (2006), J. Math. Biol. 52, 27-56
 struct GeneSwitch {
     static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 4;
     static constexpr std::array<std::string_view, 2> state{"a", "b"};
     static constexpr std::array<std::string_view, 4> params{"k", "g", "low", "high"};
