@@ -42,6 +42,7 @@ public:
         const S forward = full_ < S(0) ? S(-1) : S(1);
         bool seen_before = false;
         S before = S(0), beyond = full_, previous_d = d, previous_r = S(0);
+        S ahead = S(2.5e-4) * full_;
         for (int k = 0; k < 100; ++k) {
             path_.shorten(d);
             ++result.trials;
@@ -89,11 +90,10 @@ public:
                 d = before + (beyond - before) / S(2);
             else if (!seen_before)
                 d = d / S(2);
-            else if (k <= 6)
-                d = d + (full_ - d) / S(2);
-            else if (d != full_) // the whole step has the last word
-                d = full_;
-            else
+            else if (d != full_) { // ever farther ahead: what lies beyond may be brief
+                ahead *= S(4);
+                d = abs_(full_ - d) > abs_(ahead) ? d + ahead : full_;
+            } else
                 break;
         }
         if (seen_before && !path_.finite())
