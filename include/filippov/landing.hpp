@@ -24,7 +24,8 @@ struct Landed {
 /// A path has `dt`, `shorten(d)` (takes the step again), `nudge(delta)` (moves its end),
 /// `nudge_error(delta)`, in units of the tolerance, and `finite()`, true if its end is.
 /// @param t          where the step starts
-/// @param d, slope   first guess of its length, and of the derivative of the residual there
+/// @param d, slope   first guess of its length, and of the derivative of the residual there:
+/// infinite where the residual jumps, and slopes tell nothing
 /// @param nudge_tolerance  what may be left to a Taylor step
 /// @param tick       the residual tells no shorter times apart, if that is more than the rounding
 /// of t + d
@@ -40,6 +41,7 @@ public:
     Landed run(S d, S slope) {
         Landed result;
         const S forward = full_ < S(0) ? S(-1) : S(1);
+        const bool smooth = abs_(slope) < std::numeric_limits<S>::infinity();
         bool seen_before = false;
         S before = S(0), beyond = full_, previous_d = d, previous_r = S(0);
         S ahead = S(2.5e-4) * full_;
@@ -68,7 +70,7 @@ public:
             const S delta = -r / slope, next = d + delta;
             if (abs_(delta) <= tick(d) && on_target_())
                 break;
-            const bool inside = in_step(next) &&
+            const bool inside = smooth && in_step(next) &&
                                 !(seen_before && !(forward * (next - before) > S(0))) &&
                                 !(result.seen_beyond && !(forward * (beyond - next) > S(0)));
             if (inside && path_.nudge_error(delta) <= nudge_tolerance_) {

@@ -276,7 +276,7 @@ private:
                        : target.residual(path);
         };
         const auto on_target = [&] { return target.reached(path); };
-        const S slope = target.slope(path);
+        const S slope = found.jumps ? std::numeric_limits<S>::infinity() : target.slope(path);
         const Landed landing = Landing(path, place_.clock.local, target.nudge_tolerance(), residual,
                                        on_target, target.tick())
                                    .run(found.theta * full, slope);

@@ -747,8 +747,8 @@ private:
     }
 
     /// How many more there are between a root at the start and the first of the others, each twice
-    /// as near to it as the last, as far as g is no rounding there: one of several roots is followed
-    /// by the next at once.
+    /// as near to it as the last, as far as g is no rounding there: one of several roots is
+    /// followed by the next at once.
     static constexpr std::size_t n_near_root = 6;
     using Samples = std::array<KnownValue<S>, n_near_root + SampleTimes<S>::n - 1>;
     /// The samples that a search has to begin with: those of a guard that is not quite a cubic.
