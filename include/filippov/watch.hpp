@@ -677,19 +677,20 @@ private:
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
-    /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon;
-    /// and so may the guard, where a slide's end was not met to the last digit.
+    /// guard leaves it is asked of the guard itself: the first stages may say too soon; and so may
+    /// the guard at a higher root, where a slide's end was not met to the last digit.
     template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
         using std::pow;
         using std::sqrt;
         const Range<S> r = trace(g).template range<typename Path::Times>();
         const S rounding = S(4) * touch_band(g, true), size = std::max(r.high, -r.low);
-        const S lost = rounding / size, nothing = std::max(rounding, S(1e-8) * size);
         const int order = trace(g).order;
+        const S lost = rounding / size,
+                nothing = order > 1 ? std::max(rounding, S(1e-8) * size) : rounding;
         const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
         S sliver = pow(lost, S(1) / S(order));
         sliver = sliver > least ? std::min(sliver, S(0.5)) : least;
-        while (order > 1 && sliver < S(0.5) && !(abs_(raw(sliver)) > nothing))
+        while (sliver < S(0.5) && !(abs_(raw(sliver)) > nothing))
             sliver = std::min(S(2) * sliver, S(0.5));
         return sliver;
     }
@@ -766,7 +767,7 @@ private:
         std::size_t n = 0;
         for (std::size_t k = n_near_root; rooted && k > 0; --k) {
             const S theta = Times::theta(1) / S(1u << k);
-            if (abs_(raw(theta)) > S(4) * touch_band(g, true))
+            if (abs_(raw(theta)) > S(64) * touch_band(g, true))
                 samples[n++] = {theta, value(theta)};
         }
         for (std::size_t k = 1; k < Times::n; ++k)
