@@ -180,6 +180,7 @@ template <class S, std::size_t Capacity> struct Trace {
     S start = S(0);  ///< value at the start of the step
     int order = 0;   ///< order of a root at the start, to be divided out; 0: none
     S offset = S(0); ///< what rounding left at that root
+    S sliver = S(0); ///< nothing nearer to that root tells of another
     bool watched = true;
     bool descended = false; ///< into its touch band in an earlier step, and has not left it yet
     std::array<S, Capacity> probe{}; ///< probe[k]: value at Times::theta(k)

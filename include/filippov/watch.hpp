@@ -280,7 +280,13 @@ public:
                 trace(g).sense = S(0);
                 continue;
             }
+            trace(g).sliver = S(0);
             Found<S> found = event_of(g, path, raw, patient);
+            if (found.guard >= 0 && trace(g).order > 0) {
+                trace(g).sliver = leaves_rounding(g, raw, found.theta);
+                if (trace(g).sliver > S(0)) // that was none
+                    found = event_of(g, path, raw, patient);
+            }
             if (found.blurred)
                 return found;
             if (found.guard >= 0 && !found.touch && trace(g).own_pace && !looks_linear(g) &&
@@ -677,22 +683,21 @@ private:
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
-    /// guard leaves it is asked of the guard itself: the first stages may say too soon; and so may
-    /// the guard at a higher root, where a slide's end was not met to the last digit.
+    /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon;
+    /// and so may the guard, where a slide's end was not met to the last digit.
     template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
         using std::pow;
         using std::sqrt;
         const Range<S> r = trace(g).template range<typename Path::Times>();
         const S rounding = S(4) * touch_band(g, true), size = std::max(r.high, -r.low);
+        const S lost = rounding / size, nothing = std::max(rounding, S(1e-8) * size);
         const int order = trace(g).order;
-        const S lost = rounding / size,
-                nothing = order > 1 ? std::max(rounding, S(1e-8) * size) : rounding;
         const S least = order == 1 ? S(1e-9) : std::max(S(1e-3), sqrt(sqrt(epsilon<S>)));
         S sliver = pow(lost, S(1) / S(order));
         sliver = sliver > least ? std::min(sliver, S(0.5)) : least;
-        while (sliver < S(0.5) && !(abs_(raw(sliver)) > nothing))
+        while (order > 1 && sliver < S(0.5) && !(abs_(raw(sliver)) > nothing))
             sliver = std::min(S(2) * sliver, S(0.5));
-        return sliver;
+        return std::max(sliver, trace(g).sliver);
     }
 
     /// The side of a guard that starts exactly on zero: where the step goes.
@@ -702,6 +707,19 @@ private:
         if (early < S(0) || (early == S(0) && late < S(0)))
             trace(g).sense = S(-1);
         trace(g).probe[Path::Times::n] = guard_value(g, S(at_.clock.local + path.dt), path.x1);
+    }
+
+    /// Where guard g leaves its root at the start by more than rounding, if it has not before a
+    /// root at theta, and does so on the side on which it began; else 0.
+    template <class Raw> S leaves_rounding(int g, const Raw& raw, const S& theta) const {
+        const S rounding = S(4) * touch_band(g, true);
+        if (!(abs_(raw(S(theta / S(2)))) <= rounding))
+            return S(0);
+        S u = theta;
+        do
+            u = std::min(S(2) * u, S(1));
+        while (u < S(1) && abs_(raw(u)) <= rounding);
+        return u < S(1) && raw(u) > rounding ? u : S(0);
     }
 
     /// The first root or touch of guard g, `raw` along the path.
