@@ -63,7 +63,8 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
     /// of its larger end). The field is called where no stage was, so that no chance hides an
     /// error from this.
     FILIPPOV_COLD S defect() {
-        build();
+        interpolate(); // by the step's own stages
+        built = false;
         const S half(0.5);
         const X field = at.field(S(at.clock.local + half * dt), polynomial(half));
         ++counters.field;
@@ -108,13 +109,16 @@ private:
             return;
         if (moved != S(0)) [[unlikely]]
             follow_end();
-        polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
-        counters.field += Tableau::extra_stages;
+        interpolate();
         ++counters.interpolants;
-        built = true;
         if constexpr (Tableau::extra_stages > 0)
             if (at.norm(polynomial.c.back()) > most_of_last) [[unlikely]]
                 refit();
+    }
+    void interpolate() {
+        polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
+        counters.field += Tableau::extra_stages;
+        built = true;
     }
     /// The last term of an interpolant of high order is a few tolerances. Where it is more, stages
     /// differ by what stability alone bounds: steps at its limit, whose ends are right, would be
