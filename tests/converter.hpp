@@ -35,6 +35,7 @@ private:
 /// @tparam Latched  by how much a latch that is open keeps the current from its peak: any number
 template <int Latched = 100> struct ClockedBoost {
     static constexpr int dim = 4;
+    static constexpr bool linear_h = true;
     static constexpr int surfaces = 2;
     static constexpr std::array<std::string_view, 4> state{"v", "i", "q", "tau"};
     static constexpr std::array<std::string_view, 1> params{"Iref"};
