@@ -849,8 +849,11 @@ private:
     /// True if guard g changes its sign at theta without being zero: closer to it, it gets no
     /// smaller.
     template <class Raw> bool changes_without_zero(int g, const Raw& raw, const S& theta) const {
+        const S room = std::min(theta, S(1) - theta);
+        if (!(room > S(1e-3))) // (else the rounding of theta tells more)
+            return false;
         const auto size = [&](S little) {
-            little *= std::min(theta, S(1) - theta);
+            little *= room;
             return std::min(abs_(raw(S(theta - little))), abs_(raw(S(theta + little))));
         };
         const S close = size(S(1e-6));
