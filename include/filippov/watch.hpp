@@ -856,6 +856,9 @@ private:
             little *= room;
             return std::min(abs_(raw(S(theta - little))), abs_(raw(S(theta + little))));
         };
+        const S tiny = S(1e-6) * room; // (theta may be less exact than that)
+        if (!(raw(S(theta - tiny)) > S(0) && raw(S(theta + tiny)) < S(0)))
+            return false;
         const S close = size(S(1e-6));
         return close > S(1e3) * touch_band(g, true) && close > S(0.5) * size(S(1e-3));
     }
