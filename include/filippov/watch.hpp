@@ -852,15 +852,16 @@ private:
         const S room = std::min(theta, S(1) - theta);
         if (!(room > S(1e-3))) // (else the rounding of theta tells more)
             return false;
-        const auto size = [&](S little) {
-            little *= room;
-            return std::min(abs_(raw(S(theta - little))), abs_(raw(S(theta + little))));
-        };
-        const S tiny = S(1e-6) * room; // (theta may be less exact than that)
-        if (!(raw(S(theta - tiny)) > S(0) && raw(S(theta + tiny)) < S(0)))
+        S low = theta - S(1e-3) * room, high = theta + S(1e-3) * room;
+        const S far = std::min(raw(low), -raw(high));
+        if (!(far > S(0)))
             return false;
-        const S close = size(S(1e-6));
-        return close > S(1e3) * touch_band(g, true) && close > S(0.5) * size(S(1e-3));
+        for (int k = 0; k < 20; ++k) {
+            const S middle = low + (high - low) / S(2);
+            (raw(middle) > S(0) ? low : high) = middle;
+        }
+        const S close = std::min(abs_(raw(low)), abs_(raw(high)));
+        return close > S(1e3) * touch_band(g, true) && close > S(0.5) * far;
     }
 
     /// Guard g along a step with the root at its start divided out. Within the sliver the quotient
