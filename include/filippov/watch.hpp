@@ -196,9 +196,8 @@ public:
     /// A field's error estimate bounds a step by how the state bends. It says nothing of s along a
     /// slide, nor of an h or a section that is not linear in t and x (where the field is constant,
     /// one that has looked linear may be none). Those are held against a cubic: at the probes, and
-    /// where these are off it, or too few, at samples on the path. Too few they are in slides, and
-    /// where the estimate told nothing, if a sixteenth of the time since the mode began fits
-    /// between them.
+    /// where these are off it, or too few, at samples on the path. Too few they are if a sixteenth
+    /// of the time since the mode began fits between them.
     /// @param unjudged  of the step's length the error estimate told nothing
     /// @param elapsed   since the mode began
     template <class Path> FILIPPOV_INLINE void look(Path& path, bool unjudged, const S& elapsed) {
@@ -849,10 +848,7 @@ private:
     /// True if guard g changes its sign at theta without being zero: closer to it, it gets no
     /// smaller.
     template <class Raw> bool changes_without_zero(int g, const Raw& raw, const S& theta) const {
-        const S room = std::min(theta, S(1) - theta);
-        if (!(room > S(1e-3))) // (else the rounding of theta tells more)
-            return false;
-        S low = theta - S(1e-3) * room, high = theta + S(1e-3) * room;
+        S low = theta - S(1e-3) * theta, high = std::min(theta + S(1e-3) * theta, S(1));
         const S far = std::min(raw(low), -raw(high));
         if (!(far > S(0)))
             return false;
