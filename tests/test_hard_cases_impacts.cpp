@@ -358,6 +358,65 @@ TEMPLATE_TEST_CASE("H31: contact lets go where its force vanishes, and comes bac
 
 namespace {
 
+/// A block on a table that shakes ever faster until t = 1: it rests, hops, and rests again, each
+/// time about r = exp(-2 pi/12) as long as before. What comes down is thrown by the rounding of its
+/// speed.
+struct ShakenFaster {
+    static constexpr int dim = 2;
+    static constexpr std::array kinds{SurfaceKind::jump};
+    double thrown = 0;
+    template <Scalar S> static S push(const S& t) {
+        using std::log;
+        using std::sin;
+        return sin(S(-6) * log((S(1) - t) * (S(1) - t) + S(nearest))) - S(0.75);
+    }
+    template <Scalar S> Vec<S, 2> f(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[1], push(t)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[0]; }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], S(thrown) * x[1]};
+    }
+    static constexpr double nearest = 0.0025;
+    /// Where it takes off for the k-th time.
+    static double takes_off(double k) {
+        return 1 - std::sqrt(std::exp(-(std::asin(0.75) + 2 * pi * k) / 6) - nearest);
+    }
+    /// Height at t after it took off: Simpson's rule.
+    static double height(double off, double t) {
+        constexpr int n = 2000;
+        double sum = 0;
+        for (int i = 0; i <= n; ++i) {
+            const double s = off + (t - off) * i / n;
+            sum += (i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2) * (t - s) * push(s);
+        }
+        return sum * (t - off) / (3 * n);
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H14: rests between hops that grow shorter are no bounces", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    // Each rest lasts as long as the mean of the hops beside it: times of four events in a row are
+    // like those of bounces.
+    for (const double thrown : {0.0, -1e-18, -1e-16}) {
+        INFO("thrown by " << thrown);
+        const auto r = follow<TestType>(ShakenFaster{thrown}, {}, V2(0, 0), 1.3, bounded<2>(1e-10));
+        CHECK(r.result.status == Status::ok);
+        CHECK(r.times(accumulation).empty());
+        const auto exits = r.times(exit_sliding), landings = r.times(jump);
+        REQUIRE(exits.size() > 5);
+        REQUIRE(landings.size() > 5);
+        for (std::size_t k = 0; k < 6; ++k) {
+            CHECK(exits[k] == Approx(ShakenFaster::takes_off(double(k))).epsilon(1e-9));
+            CHECK(ShakenFaster::height(exits[k], landings[k]) == Approx(0).margin(1e-8));
+        }
+    }
+}
+
+namespace {
+
 /// A ball on a table that moves as A sin(omega t): z'' = -g, and h is the small difference of two
 /// large terms. T is the period, or 0 for absolute time.
 struct Table {

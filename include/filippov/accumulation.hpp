@@ -29,12 +29,13 @@ template <class S, int N> class RecentEvents {
     static constexpr int kept = 19; ///< three times the longest pattern that is looked for, and one
 
 public:
-    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x) {
+    /// @param jumps  the state was thrown to x
+    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x, bool jumps) {
         using std::abs;
         gap_ = n_ > 0 ? S(abs(ago(0).clock.until(clock))) : S(0);
         longest_gap_ = std::max(longest_gap_, gap_);
         last_ = last_ + 1 == kept ? 0 : last_ + 1;
-        event_[std::size_t(last_)] = {clock, surface, x};
+        event_[std::size_t(last_)] = {clock, surface, x, jumps};
         n_ = std::min(n_ + 1, kept);
     }
     /// Time between the last two events, without sign; 0 if there is no second.
@@ -52,10 +53,11 @@ public:
     /// @param scale      tolerance of each component
     /// @param direction  of time
     /// @param field      where the last event led: in the time left it must not lead far
+    /// @param lost       the last event is a bounce, and so are those that it repeats
     std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Vec<S, N>& field, int direction,
                                      bool lost) const {
         for (int pattern = 1; 3 * pattern < n_; ++pattern) {
-            if (!repeats(pattern, 3))
+            if (!repeats(pattern, 3) || (lost && !only_bounces(pattern)))
                 continue;
             int q = pattern; // the longest multiple that is still known to repeat
             while (3 * (q + pattern) < n_ && repeats(pattern, 3 * (q / pattern + 1)))
@@ -100,6 +102,7 @@ private:
         Clock<S> clock{};
         int surface = -1;
         Vec<S, N> x{};
+        bool jumps = false;
     };
 
     /// The k-th event before the last one.
@@ -107,7 +110,15 @@ private:
     /// True if the last q events have come `times` times.
     bool repeats(int q, int times) const {
         for (int k = 0; k < (times - 1) * q; ++k)
-            if (ago(k).surface != ago(k + q).surface)
+            if (ago(k).surface != ago(k + q).surface || ago(k).jumps != ago(k + q).jumps)
+                return false;
+        return true;
+    }
+    /// False if the surface of the last event let go of the state among the last q events: what
+    /// rests and takes off in turns comes down again for reasons of its own.
+    bool only_bounces(int q) const {
+        for (int k = 0; k < q; ++k)
+            if (ago(k).surface == ago(0).surface && !ago(k).jumps)
                 return false;
         return true;
     }

@@ -430,7 +430,7 @@ private:
             segment_.set_state(x);
             const auto [beyond, contacts] = place(j, h_left);
             const Mode<M> mode = beyond; // a name that a requires expression may use
-            recent_.add(now, j, x);
+            recent_.add(now, j, x, true);
             if (mode[j] < 0) {
                 segment_.set_state(x_left);
                 return segment_.fail(Status::escaped, "the jump leads beyond its surface", j);
@@ -472,7 +472,7 @@ private:
     /// is held by all their surfaces.
     Status watch_for_limit(int j) {
         if (!thrown_)
-            recent_.add(segment_.clock(), j, segment_.x());
+            recent_.add(segment_.clock(), j, segment_.x(), false);
         if (const S gap = recent_.gap(); gap > S(0))
             segment_.expect_event_after(gap);
         if (!recent_.hurry())
