@@ -38,14 +38,15 @@ public:
             const Long last = std::min(root, tau + step);
             if (from + time(w0, last) >= to)
                 return still_sliding(e, w0, tau, last, from, to);
-            if (root <= tau + step)
-                return leaves(e, slid(w0, root), from + time(w0, root), to);
-            const auto w = slid(w0, tau + step);
-            if (w[0] + w[1] < 1e-15L) {
+            const auto w = slid(w0, last);
+            // What leaves some errors beside the two-fold may as well end in it.
+            if (w[0] + w[1] < std::max(1e-15L, 400 * nudge.size)) {
                 e.fate = Exactly::stops;
                 e.t = from + rest(w0);
                 return e;
             }
+            if (root <= tau + step)
+                return leaves(e, w, from + time(w0, root), to);
         }
         e.fate = Exactly::undecided;
         return e;

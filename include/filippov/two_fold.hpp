@@ -157,7 +157,8 @@ S turns_out(const OfSides<S>& start, const OfSides<S>& r, const S& s_most, const
 /// within the slide if l1 < 0 and r points into the slide. If r = 0 it tends to zero along the
 /// eigenvector of l2: a single orbit, and what steps err beside it grows by |l1/l2| orders while
 /// the slide comes nearer by one. Else it turns out of the slide, as it does with complex
-/// eigenvalues: if it turns slowly, no nearer to the two-fold than any number could tell.
+/// eigenvalues: if it turns slowly, less than a tolerance beside the two-fold, or nearer to it than
+/// any number could tell.
 /// @param band    what a tolerance changes u and v by
 /// @param nearer  by what factor the slide has come nearer on its way
 template <class Sys, class S>
@@ -174,7 +175,9 @@ Tendency<S> tendency(const Desingularised<Sys, S>& d, const OfSides<S>& start,
     };
     const auto in_the_end = [&](const S& log_of_distance) {
         using std::log;
-        return log_of_distance <= log(S(4) * epsilon<S> * nearer);
+        const S least =
+            std::max(S(4) * epsilon<S> * nearer, S((band.u + band.v) / (start.u + start.v)));
+        return log_of_distance <= log(least);
     };
     if (!(square >= S(-1e-12) * half * half)) {
         const S tau = turns_out(start, changes(half), s_most, TurnsBy<S>{sqrt(-square), true});
