@@ -71,11 +71,10 @@ private:
             // (what is in doubt is tried now and then: it has to end, and well)
             if (bounds.in_doubt && !talk_ && !dice_.chance(0.1))
                 continue;
-            const auto explains = [&](const Told& told, Long off) {
-                const Long unit = Long(tolerance) * (1 + size) / 20;
-                return explained(
-                    exact, told, t0, t_end, std::max(multiple * unit, 2 * off) / unit,
-                    [&](Long times, int ways) { return follow({times * unit, ways}); });
+            const auto explains = [&](const Told& told) {
+                return explained(exact, told, t0, t_end, [&](Long times, int ways) {
+                    return follow({times * Long(tolerance) * (1 + size) / 20, ways});
+                });
             };
             try_methods(exact, bounds, explains, x0, t0, t_end, tolerance, mark);
         }
@@ -118,9 +117,9 @@ private:
     }
 
     /// True if a run has other changes than the oracle, but those that the oracle has, too, with
-    /// errors no larger than a state that is right may have, or than twice what its own is off.
+    /// errors no larger than a state that is right may have.
     template <class Follow>
-    bool explained(const Exactly& exact, const Told& told, double t0, double t_end, Long largest,
+    bool explained(const Exactly& exact, const Told& told, double t0, double t_end,
                    const Follow& follow) const {
         if (!told.has_story || exact.fate == Exactly::stops)
             return false;
@@ -134,9 +133,9 @@ private:
         };
         if (same(exact))
             return false;
-        for (Long times = 2; times < 2 * largest; times *= 2)
+        for (const Long times : {2.0L, 4.0L, 8.0L, 16.0L, 32.0L, 64.0L, Long(multiple)})
             for (const int ways : directions())
-                if (same(follow(std::min(times, largest), ways)))
+                if (same(follow(times, ways)))
                     return true;
         return false;
     }
@@ -178,7 +177,7 @@ private:
         if (!finite || (!ended && told.status != Status::max_events))
             verdict = stability::wrong;
         else if (bounds.in_doubt ||
-                 (verdict == stability::wrong && ratio <= multiple && explains(told, off)))
+                 (verdict == stability::wrong && ratio <= multiple && explains(told)))
             verdict = stability::delicate;
         count(method, tolerance, verdict, ratio, seconds);
         if (verdict == stability::wrong || talk_)
