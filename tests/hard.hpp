@@ -59,6 +59,14 @@ constexpr double pi = std::numbers::pi;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double inf = std::numeric_limits<double>::infinity();
 
+/// The integral of f from a to b by Simpson's rule on n parts, an even number.
+template <class F> double simpson(const F& f, double a, double b, int n) {
+    double sum = 0;
+    for (int i = 0; i <= n; ++i)
+        sum += (i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2) * f(a + (b - a) * i / n);
+    return sum * (b - a) / n / 3;
+}
+
 /// The value of these components, as the same kind of vector as x.
 template <class X, class... C> X like(const X&, const C&... component) {
     using S = typename X::Scalar;

@@ -382,15 +382,9 @@ struct ShakenFaster {
     static double takes_off(double k) {
         return 1 - std::sqrt(std::exp(-(std::asin(0.75) + 2 * pi * k) / 6) - nearest);
     }
-    /// Height at t after it took off: Simpson's rule.
+    /// Height at t after it took off.
     static double height(double off, double t) {
-        constexpr int n = 2000;
-        double sum = 0;
-        for (int i = 0; i <= n; ++i) {
-            const double s = off + (t - off) * i / n;
-            sum += (i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2) * (t - s) * push(s);
-        }
-        return sum * (t - off) / (3 * n);
+        return simpson([&](double s) { return (t - s) * push(s); }, off, t, 2000);
     }
 };
 

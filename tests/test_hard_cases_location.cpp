@@ -616,14 +616,10 @@ TEMPLATE_TEST_CASE("H25: a field that ends at a surface far from zero is followe
         },
         [](const auto&, const auto& x) { return like(x, 3); },
         [=](const auto&, const auto& x) { return x[0] - place; });
-    // t = int du / (2 + u^q), u = w^2: Simpson's rule on a smooth integrand
-    const int n = 4000;
-    double sum = 0;
-    for (int i = 0; i <= n; ++i) {
-        const double w = double(i) / n, weight = i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2;
-        sum += weight * 2 * w / (2 + std::pow(w, 2 * power));
-    }
-    const double t = sum / n / 3, error = 10 * tol * (1 + place);
+    // t = int du / (2 + u^q), u = w^2: a smooth integrand
+    const double t =
+        simpson([&](double w) { return 2 * w / (2 + std::pow(w, 2 * power)); }, 0, 1, 4000);
+    const double error = 10 * tol * (1 + place);
     const auto r = go<TestType>(sys, V1(place - 1), 0, 1, bounded<1>(tol));
     INFO("power " << power << ", at " << place << ", tol " << tol << r.result.message());
     CHECK(r.result.status == Status::ok);
@@ -674,16 +670,10 @@ TEMPLATE_TEST_CASE("H25: a field that ends a little beyond its surface is landed
     const auto r = go<TestType>(sys, V1(-1), 0, 20, bounded<1>(1e-9));
     CHECK(r.result.status == Status::ok);
     if (turn_at > 0) {
-        // dt = dx / f(x) with x = gap - e^-z: Simpson's rule on a smooth integrand
-        const double z0 = -std::log(1 + gap), z1 = -std::log(gap);
-        const int n = 20000;
-        double sum = 0;
-        for (int i = 0; i <= n; ++i) {
-            const double z = z0 + (z1 - z0) * i / n;
-            const double weight = i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2;
-            sum += weight * std::exp(-z) / field(gap - std::exp(-z));
-        }
-        const double t_hit = sum * (z1 - z0) / n / 3;
+        // dt = dx / f(x) with x = gap - e^-z: a smooth integrand
+        const double t_hit =
+            simpson([&](double z) { return std::exp(-z) / field(gap - std::exp(-z)); },
+                    -std::log(1 + gap), -std::log(gap), 20000);
         REQUIRE(word(r) == "cross");
         CHECK(r.events[1].t == Approx(t_hit).epsilon(0).margin(1e-7));
         CHECK(std::abs(r.events[1].x_right[0]) < 1e-16);
