@@ -736,6 +736,11 @@ def belt_family(number: int) -> Problem:
                 return e
             v = V
             after = contact(t, x)
+            # ... nor of one that would hardly get beyond the belt where it comes down to stick.
+            if mode and after == 0:
+                lowest = float(np.min(margin(np.linspace(t, t + 4 * pace, 64))))
+                if 0 > -100 * max(abs(nx), abs(nv)) < lowest:
+                    break
             if mode == 0:
                 after = 1 if float(force(t) - k * x) > 0 else -1
             mode = after
@@ -905,6 +910,8 @@ def converter_family(number: int) -> Problem:
     z0 = np.array([
         level * d.uniform(0.1, 0.8), d.uniform(0, 3), clock * d.uniform(0, 0.95), d.one_of(0.0, 1.0)
     ])  # fmt: skip
+    if level - z0[0] - ramp * z0[2] <= 0:
+        z0[3] = 0.0  # beyond the peak the switch is open
     return Problem(
         source, z0, 0.0, clock * d.uniform(3, 25), np.ones(4), 1.0, pace, follow, period,
         lanes=False, counts_jumps=True,

@@ -44,6 +44,11 @@ struct Resting {
     template <class S> S period(const P<S>& p) const { return p[0]; } // none, if it is 0
 };
 
+/// The same, and it is known that h is linear.
+struct RestingLinear : Resting {
+    static constexpr bool linear_h = true;
+};
+
 /// A block on a belt of speed V, its spring slack or not, driven by g(t).
 struct Carried {
     static constexpr int dim = 2;
@@ -248,6 +253,34 @@ TEMPLATE_TEST_CASE("pace: a slide whose field is constant ends when s says so", 
         }
     }
     CHECK(n > 80);
+}
+
+TEMPLATE_TEST_CASE("pace: a slide that a long slip led into ends by a bump of s", "[pace]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    // The slip's field is constant: its steps grow as long as may be.
+    Random random(21);
+    int n = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        RestingLinear sys;
+        sys.g.dip = -random(1.5, 5);
+        sys.g.at = random(1, 4);
+        sys.g.width = random(0.05, 0.2);
+        sys.g.b = random(-0.3, 0.8);
+        const double x0 = -random(0.5, 3), lands = -x0 / (1 + sys.g.b);
+        const double half = sys.g.width * std::sqrt(std::log(-sys.g.dip / (1 + sys.g.b)));
+        const double exact = sys.g.at - half;
+        // the slip must know nothing of the bump, and the bump be long enough to be certain
+        if (!(half > 0) || lands > sys.g.at - 6 * sys.g.width ||
+            2 * half < std::max(2 * lands, sys.g.at - lands) / 12)
+            continue;
+        CAPTURE(i, lands, sys.g.at, sys.g.width, half);
+        ++n;
+        const Vec<double, 1> none(0.0), start(x0);
+        check(first(simulate<TestType>(sys, none, start, 0, T, {.rtol = 1e-8}), leaves), exact);
+        if (i % 20 == 0)
+            compare(sys, {{start, none, 0, exact + half / 2}, {none, none, 0, exact + half / 2}});
+    }
+    CHECK(n > 2000);
 }
 
 TEMPLATE_TEST_CASE("pace: a block on a slow belt, and one at rest, slip when the force says so",

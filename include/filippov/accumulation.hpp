@@ -25,17 +25,19 @@ template <class S, int N> struct Limit {
 /// With the last repetition of length g the limit is g r / (1 - r) away, and the state is
 /// extrapolated by the same ratio. Several repetitions are taken together as one: the longer g, the
 /// less the rounding of the times says.
-template <class S, int N> class RecentEvents {
+template <class S, int N, int M> class RecentEvents {
     static constexpr int kept = 19; ///< three times the longest pattern that is looked for, and one
 
 public:
+    /// @param mode   in which the solution goes on
     /// @param jumps  the state was thrown to x
-    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x, bool jumps) {
+    void add(const Clock<S>& clock, int surface, const Vec<S, N>& x, const Mode<M>& mode,
+             bool jumps) {
         using std::abs;
         gap_ = n_ > 0 ? S(abs(ago(0).clock.until(clock))) : S(0);
         longest_gap_ = std::max(longest_gap_, gap_);
         last_ = last_ + 1 == kept ? 0 : last_ + 1;
-        event_[std::size_t(last_)] = {clock, surface, x, jumps};
+        event_[std::size_t(last_)] = {clock, surface, x, mode, jumps};
         n_ = std::min(n_ + 1, kept);
     }
     /// Time between the last two events, without sign; 0 if there is no second.
@@ -52,9 +54,13 @@ public:
     /// rounding.
     /// @param scale      tolerance of each component
     /// @param direction  of time
-    /// @param field      where the last event led: in the time left it must not lead far
+    /// @param field      (mode, time from now): those of the pattern must not lead far in the time
+    ///                   left. (Events that leave the same state again and again, as on a surface
+    ///                   in one dimension, show nothing of what lies between them; and where a
+    ///                   slide ends the field that leads away from it may be zero.)
     /// @param lost       the last event is a bounce, and so are those that it repeats
-    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Vec<S, N>& field, int direction,
+    template <class Field>
+    std::optional<Limit<S, N>> limit(const Vec<S, N>& scale, const Field& field, int direction,
                                      bool lost) const {
         for (int pattern = 1; 3 * pattern < n_; ++pattern) {
             if (!repeats(pattern, 3) || (lost && !only_bounces(pattern)))
@@ -72,15 +78,14 @@ public:
             if (!(abs(g2 * g0 - g1 * g1) <= S(0.1) * (g1 * g1)))
                 continue;
             const S ratio = g2 / g1, left = g2 * ratio / (S(1) - ratio);
-            Limit<S, N> limit{left, ago(0).x, pattern};
-            S square(0);
-            for (int i = 0; i < N; ++i) {
-                const S rest = (ago(0).x[i] - ago(q).x[i]) * ratio / (S(1) - ratio);
-                limit.x[i] += rest;
-                // What resets throw to the same state again and again moves in between.
-                const S moved = std::max(S(abs(rest)), S(1e-3) * S(abs(field[i] * left)));
-                square += (moved / scale[i]) * (moved / scale[i]);
-            }
+            const Vec<S, N> rest = (ago(0).x - ago(q).x) * (ratio / (S(1) - ratio));
+            Limit<S, N> limit{left, ago(0).x + rest, pattern};
+            Vec<S, N> moved = rest.cwiseAbs();
+            for (int k = 0; k <= pattern; ++k)
+                for (const S part : {S(0), S(0.5), S(1)})
+                    moved = moved.cwiseMax(field(ago(k).mode, part * left).cwiseAbs() *
+                                           (S(0.1) * left));
+            const S square = moved.cwiseQuotient(scale).squaredNorm();
             const bool unresolved = gap_ <= S(1024) * ulp(ago(0).clock.local);
             if (square <= S(N) || unresolved || lost)
                 return limit;
@@ -88,7 +93,7 @@ public:
         return std::nullopt;
     }
     /// The surfaces of the last q events.
-    template <int M> SurfaceSet<M> surfaces(int q) const {
+    SurfaceSet<M> surfaces(int q) const {
         SurfaceSet<M> set;
         for (int j = 0; j < M; ++j)
             for (int k = 0; k < q; ++k)
@@ -102,6 +107,7 @@ private:
         Clock<S> clock{};
         int surface = -1;
         Vec<S, N> x{};
+        Mode<M> mode{};
         bool jumps = false;
     };
 

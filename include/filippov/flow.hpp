@@ -430,7 +430,7 @@ private:
             segment_.set_state(x);
             const auto [beyond, contacts] = place(j, h_left);
             const Mode<M> mode = beyond; // a name that a requires expression may use
-            recent_.add(now, j, x, true);
+            recent_.add(now, j, x, mode, true);
             if (mode[j] < 0) {
                 segment_.set_state(x_left);
                 return segment_.fail(Status::escaped, "the jump leads beyond its surface", j);
@@ -472,7 +472,7 @@ private:
     /// is held by all their surfaces.
     Status watch_for_limit(int j) {
         if (!thrown_)
-            recent_.add(segment_.clock(), j, segment_.x(), false);
+            recent_.add(segment_.clock(), j, segment_.x(), segment_.mode(), false);
         if (const S gap = recent_.gap(); gap > S(0))
             segment_.expect_event_after(gap);
         if (!recent_.hurry())
@@ -493,15 +493,19 @@ private:
     /// The rest in which the last events end, if they have one.
     /// @param lost  what comes next is lower than rounding of h can tell
     FILIPPOV_COLD std::optional<Rest> rest_ahead(bool lost) {
-        const X field = mode_field(sys_, segment_.mode(), segment_.clock().local, segment_.x(), p_);
-        const auto limit = recent_.limit(segment_.scale(), field, segment_.direction(), lost);
+        const auto field_of = [&](const Mode<M>& mode, const S& after) {
+            const S t = segment_.clock().local + S(segment_.direction()) * after;
+            return mode_field(sys_, mode, t, segment_.x(), p_);
+        };
+        const X field = field_of(segment_.mode(), S(0));
+        const auto limit = recent_.limit(segment_.scale(), field_of, segment_.direction(), lost);
         if (!limit)
             return std::nullopt;
         Rest rest;
         rest.after = S(segment_.direction()) * limit->after;
         if (!segment_.reaches(rest.after))
             return std::nullopt;
-        rest.on = recent_.template surfaces<M>(limit->pattern);
+        rest.on = recent_.surfaces(limit->pattern);
         const S t = segment_.clock().local + rest.after;
         hold_with(rest.on, t, limit->x);
         rest.held = segment_.mode();
@@ -756,7 +760,7 @@ private:
     std::array<Clock<S>, Sec::capacity + 1> met_at_{};
     SurfaceSet<M> contacts_{}; ///< that the last event was on
     int alternatives_ = 0;     ///< among which a policy chose there
-    RecentEvents<S, N> recent_{};
+    RecentEvents<S, N, M> recent_{};
     X start_x_{};
     bool thrown_ = false; ///< the state jumped at the last event
     Clock<S> jump_clock_{};

@@ -149,7 +149,7 @@ private:
                    end = Clock<double>::at(member.t_end, T0);
         slot[time] = now.local;
         slot[index] = double(now.index);
-        slot[left] = slot.leg = now.until(end);
+        slot[left] = slot.began = slot.leg = now.until(end);
         slot[end_time] = end.local;
         slot[end_index] = double(end.index);
         slot[period_length] = T0;
@@ -165,7 +165,8 @@ private:
     void enter(int s, int mode, bool starts) {
         Slot& slot = pool_[s];
         const signed char before = starts ? Slot::none : slot.mode;
-        const bool exits = slot.mode == 0 && mode != 0; // handed back at the very end of its slide
+        const bool exits = slot.mode == 0 && mode != 0, // handed back at the very end of its slide
+            begins = slot.mode == Slot::none;
         if (!change_mode(s, mode))
             return;
         if (exits && population_.ends_at_exit)
@@ -174,8 +175,9 @@ private:
         slot.guard = static_cast<signed char>(Guard<1>::below(0));
         if (slot.mode == 0) {
             slot.before_slide = slot[proposal];
-            slot.slid_left = slot[left];
+            shorten_first_step(slot, begins);
         }
+        slot.began = slot[left];
         go_on(s);
     }
     void leave_slide(int s, int side) {
@@ -184,12 +186,27 @@ private:
             return;
         slot.before = 0;
         slot.guard = static_cast<signed char>(side < 0 ? Guard<1>::below(0) : Guard<1>::above(0));
-        slot.slid += slot.slid_left - slot[left];
+        slot.slid += slot.began - slot[left];
+        slot.began = slot[left];
         // a slide may take far longer steps than the slip after it
         slot[proposal] = std::min(slot.before_slide, slot[proposal]);
         if (population_.ends_at_exit)
             return finish(s, Status::event);
         go_on(s);
+    }
+    /// As Segment::enter and choose_first_step: no field says how soon s may turn, so that a slide
+    /// is looked at from as near as the mode before it was long.
+    void shorten_first_step(Slot& slot, bool begins) const {
+        if constexpr (HasSlidingFlow<Sys, Lanes<W>> && HasSlideSwing<Sys, Lanes<W>>)
+            if (slides_in_closed_form<Lanes<W>>(sys_))
+                return;
+        const double most = begins ? slot[left] / 128 : 2 * (slot.began - slot[left]);
+        const double least = 4e4 * ulp(slot[time]);
+        if (!(most > 0 && most < slot[proposal])) // (one handed back goes on as it is)
+            return;
+        slot[proposal] = std::max(most, std::min(least, slot[proposal]));
+        if (!(slot[period_length] > 0))
+            slot[trial] = slot[proposal];
     }
     /// Counts the event, if it is one: a member that begins, or was handed back in this mode, meets
     /// none. False where it is one too many.
@@ -232,7 +249,7 @@ private:
         o.mode = slot.mode;
         o.events = slot.events;
         o.slides = slot.slides;
-        o.slide_time = slot.slid + (slot.mode == 0 ? slot.slid_left - slot[left] : 0.0);
+        o.slide_time = slot.slid + (slot.mode == 0 ? slot.began - slot[left] : 0.0);
         return o;
     }
     void finish(int s, Status status) {
@@ -252,18 +269,18 @@ private:
     bool reach_end(int s) {
         Slot& slot = pool_[s];
         if (slot.mode == 0)
-            slot.slid += slot.slid_left - slot[left];
+            slot.slid += slot.began - slot[left];
         slot[time] = slot[end_time];
         slot[index] = slot[end_index];
         slot[carry] = 0;
-        slot[left] = slot.slid_left = 0;
+        slot[left] = slot.began = 0;
         const Outcome<N> o = outcome(slot, Status::ok);
         if (!population_.goes_on(slot.id, o)) {
             take(s, o);
             return false;
         }
         const double leg = next_leg(population_, slot.id), T0 = slot[period_length];
-        slot[left] = slot.slid_left = slot.leg = leg;
+        slot[left] = slot.began = slot.leg = leg;
         if (T0 > 0)
             slot[end_index] += std::round(leg / T0);
         else
@@ -303,11 +320,11 @@ private:
         const Vec<double, N> x = detail::vector_of(end.x);
         slot.x() = x;
         if (slot.mode == 0) // until here; the stretch counted from here
-            slot.slid += slot.slid_left - slot[left];
+            slot.slid += slot.began - slot[left];
         slot[index] += double(end.clock.index);
         slot[time] = end.clock.local;
         slot[carry] = end.clock.carry;
-        slot[left] = slot.slid_left = last ? 0 : clock_of(slot).until(end_of(slot));
+        slot[left] = slot.began = last ? 0 : clock_of(slot).until(end_of(slot));
         slot[tries] += double(end.steps);
         slot[start_order] = 0;
         slot.slid += end.slide_time;

@@ -87,7 +87,7 @@ template <class Sys> struct Slot {
     std::size_t id;
     double before_slide; ///< the proposal when the last slide began
     double slid;         ///< time spent in slides
-    double slid_left;    ///< `left` where the last slide, or this leg of it, began
+    double began;        ///< `left` where the mode, or this leg of it, began
     double leg;          ///< time from the start to the end of the run, or of its leg
     std::int32_t events, slides;
     signed char mode;   ///< in which it goes on; `none`: it did not begin yet

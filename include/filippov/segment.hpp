@@ -93,7 +93,7 @@ public:
             abs_(dt_before_slide_) < abs_(dt_))
             dt_ = dt_before_slide_;
         // What the field does not resolve is looked at from as near as it changed before.
-        if (changed && lasted > S(0) && watch_.may_outpace(false))
+        if (changed && lasted > S(0) && may_outpace(false))
             dt_ = forward() * std::min(abs_(dt_), std::max(S(2) * lasted, least_first_step()));
         const bool first_slip = slid && mode.sliding() == 0 && dt_before_slide_ == S(0);
         checks_ = first_slip || counters_.steps == 0 ? most_checks : 0;
@@ -117,13 +117,22 @@ public:
         S first = std::min({natural_step_, span, settings.max_step});
         if (settings.first_step > S(0))
             first = std::min(settings.first_step, span);
-        else if (!forced_ && watch_.may_outpace(counters_.steps == 0))
+        else if (!forced_ && may_outpace(counters_.steps == 0))
             first = std::min(first, std::max(span / S(128), least_first_step()));
         if (settings.fixed_step > S(0))
             first = settings.fixed_step;
         dt_ = forward() * std::max(first, place_.resolution());
     }
     S least_first_step() const { return S(1e4) * place_.resolution(); }
+    /// True if the mode's field says nothing of how soon an event may come: as Watch::may_outpace,
+    /// and of s, unless the system vouches for it.
+    bool may_outpace(bool begins) const {
+        const bool slides = place_.mode.sliding() > 0;
+        if constexpr (HasSlidingFlow<Sys, S> && HasSlideSwing<Sys, S>)
+            if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
+                return watch_.may_outpace(begins);
+        return slides || watch_.may_outpace(begins);
+    }
 
     /// Follows the mode to the next stop.
     Stop advance() {
