@@ -700,6 +700,7 @@ def belt_family(number: int) -> Problem:
         nx, nv = (float(each) for each in nudge[:2])
         x, v = float(start[0]) + nx, float(start[1]) + nv
         e = Exactly(np.array(start), end)
+        few = 100 * max(abs(nx), abs(nv))  # some tolerances
 
         def contact(at: float, x: float) -> int | None:
             s = float(force(at) - k * x + nv / pace) / m
@@ -722,9 +723,9 @@ def belt_family(number: int) -> Problem:
             if mode == 0:
                 x, v = x + (V + nx / pace) * (stop - t), V
             else:
-                # Of a slip that hardly leaves the belt, by a few tolerances, nothing is known.
+                # Of a slip that hardly leaves the belt nothing is known.
                 highest = float(np.max(margin(np.linspace(t, stop, 64))))
-                if root <= end and e.changes and highest < 100 * max(abs(nx), abs(nv)):
+                if root <= end and e.changes and highest < few:
                     break
                 drift = nv / pace * (stop - t)
                 there = slip(t, x, v, mode, stop)
@@ -739,7 +740,7 @@ def belt_family(number: int) -> Problem:
             # ... nor of one that would hardly get beyond the belt where it comes down to stick.
             if mode and after == 0:
                 lowest = float(np.min(margin(np.linspace(t, t + 4 * pace, 64))))
-                if 0 > -100 * max(abs(nx), abs(nv)) < lowest:
+                if few > 0 and lowest > -few:
                     break
             if mode == 0:
                 after = 1 if float(force(t) - k * x) > 0 else -1
