@@ -197,9 +197,8 @@ private:
     /// As Segment::enter and choose_first_step: no field says how soon s may turn, so that a slide
     /// is looked at from as near as the mode before it was long.
     void shorten_first_step(Slot& slot, bool begins) const {
-        if constexpr (HasSlidingFlow<Sys, Lanes<W>> && HasSlideSwing<Sys, Lanes<W>>)
-            if (slides_in_closed_form<Lanes<W>>(sys_))
-                return;
+        if (vouches_for_slides<Lanes<W>>(sys_))
+            return;
         const double most = begins ? slot[left] / 128 : 2 * (slot.began - slot[left]);
         const double least = 4e4 * ulp(slot[time]);
         if (!(most > 0 && most < slot[proposal])) // (one handed back goes on as it is)

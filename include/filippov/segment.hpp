@@ -127,11 +127,9 @@ public:
     /// True if the mode's field says nothing of how soon an event may come: as Watch::may_outpace,
     /// and of s, unless the system vouches for it.
     bool may_outpace(bool begins) const {
-        const bool slides = place_.mode.sliding() > 0;
-        if constexpr (HasSlidingFlow<Sys, S> && HasSlideSwing<Sys, S>)
-            if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
-                return watch_.may_outpace(begins);
-        return slides || watch_.may_outpace(begins);
+        const bool vouched =
+            place_.settings.closed_form_slides && vouches_for_slides<S>(place_.sys);
+        return (place_.mode.sliding() > 0 && !vouched) || watch_.may_outpace(begins);
     }
 
     /// Follows the mode to the next stop.

@@ -544,6 +544,15 @@ template <class S, class Sys> bool slides_in_closed_form([[maybe_unused]] const 
         return true;
 }
 
+/// True if the system vouches for s: it slides in closed form, and says how soon s may turn. Then a
+/// slide begins with any step, and nothing is looked for between the probes of its windows.
+template <class S, class Sys> bool vouches_for_slides([[maybe_unused]] const Sys& sys) {
+    if constexpr (HasSlideSwing<Sys, S>)
+        return slides_in_closed_form<S>(sys);
+    else
+        return false;
+}
+
 /// True if the system repeats with a period: one that is made at run time says so itself, by
 /// `is_forced()`.
 template <class S, class Sys> bool is_forced([[maybe_unused]] const Sys& sys) {
