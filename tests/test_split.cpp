@@ -258,6 +258,93 @@ TEST_CASE("split: kinks of every order, and far from zero", "[formulas]") {
     }
 }
 
+namespace {
+
+/// exp(-((u - at)/width)^2)
+Expr pulse(Graph& g, Expr u, double at, double width) {
+    const Expr z = g.div(g.sub(u, g.constant(at)), g.constant(width));
+    return g.unary(Op::exp, g.neg(g.mul(z, z)));
+}
+Expr steep(Graph& g, Expr u, double at, double slope) {
+    return g.unary(Op::tanh, g.mul(g.constant(slope), g.sub(u, g.constant(at))));
+}
+
+} // namespace
+
+TEST_CASE("split: what is flat near the origin is not taken for what is flat there, too",
+          "[formulas]") {
+    const auto surfaces = [](const auto& u, const auto& v) {
+        return plane([&](Graph& g, Expr x, Expr y, Expr) {
+                   return std::vector{g.add(sign(g, u(g, x, y)), g.step(v(g, x, y))), y};
+               })
+            .surfaces();
+    };
+    const auto pulse_at = [](double at, double width, double level) {
+        return [=](Graph& g, Expr, Expr) {
+            return g.sub(pulse(g, g.time(), at, width), g.constant(level));
+        };
+    };
+    CHECK(surfaces(pulse_at(50, 8, 0.1), pulse_at(120, 4, 0.2)) == 2);
+    CHECK(surfaces(pulse_at(500, 50, 0.1), pulse_at(900, 20, 0.1)) == 2);
+    CHECK(surfaces(pulse_at(40, 4, 0.1), pulse_at(40, 4, 0.3)) == 2);
+    CHECK(surfaces(pulse_at(40, 4, 0.1), pulse_at(40, 4, 0.1)) == 1);
+    const auto step_at = [](double at, double part) {
+        return [=](Graph& g, Expr x, Expr y) {
+            return g.add(g.sub(steep(g, x, at, 20), g.constant(0.5)), g.mul(g.constant(part), y));
+        };
+    };
+    CHECK(surfaces(step_at(50, 0), step_at(90, 0)) == 2);
+    CHECK(surfaces(step_at(50, 1e-3), step_at(90, 1e-3)) == 2);
+    CHECK(surfaces(step_at(50, 1e-3), step_at(50, 1e-3)) == 1);
+    // (2 + 2 y^2) h and h, and h in other words
+    CHECK(surfaces(step_at(50, 0), [&](Graph& g, Expr x, Expr y) {
+              return g.mul(g.constant(-3), step_at(50, 0)(g, x, y));
+          }) == 1);
+    const auto lorentz = [](double at) { // 1/(1 + (x - at)^2) - 1/2, no argument of a function
+        return [=](Graph& g, Expr x, Expr) {
+            const Expr u = g.sub(x, g.constant(at));
+            const Expr sum = g.add(g.constant(1), g.mul(g.constant(1e6), g.mul(u, u)));
+            return g.sub(g.div(g.constant(1), sum), g.constant(0.5));
+        };
+    };
+    CHECK(surfaces(lorentz(300), lorentz(700)) == 2);
+}
+
+TEST_CASE("split: a jump is one, wherever it is not zero", "[formulas]") {
+    const auto kind_of = [](const auto& field) {
+        const auto d = plane(field);
+        REQUIRE(d.surfaces() == 1);
+        return d.kind[0];
+    };
+    for (const double at : {30.0, 100.0, -400.0, 3000.0}) {
+        CAPTURE(at);
+        // 1 - 50 pulse(t) sign(x - at - 1/2)
+        CHECK(kind_of([at](Graph& g, Expr x, Expr y, Expr) {
+                  const Expr s = sign(g, g.sub(x, g.constant(at + 0.5)));
+                  const Expr size = g.mul(g.constant(50), pulse(g, g.time(), at, 1));
+                  return std::vector{g.sub(g.constant(1), g.mul(size, s)), y};
+              }) == SurfaceKind::switching);
+        // a rough patch behind x = at
+        CHECK(kind_of([at](Graph& g, Expr x, Expr v, Expr) {
+                  const Expr rough = g.add(g.constant(1), steep(g, x, at, 1));
+                  return std::vector{v, g.neg(g.mul(rough, sign(g, v)))};
+              }) == SurfaceKind::switching);
+        // the same of |v|, where nothing jumps
+        CHECK(kind_of([at](Graph& g, Expr x, Expr v, Expr) {
+                  const Expr rough = g.add(g.constant(1), steep(g, x, at, 1));
+                  return std::vector{v, g.neg(g.mul(rough, g.abs(v)))};
+              }) == SurfaceKind::kink);
+        // a jump that is brought in by a parameter, and underflows as it is given
+        Definition d;
+        d.dim = 2;
+        d.defaults = {200 + at * at};
+        Graph& g = d.graph;
+        const Expr size = g.unary(Op::exp, g.mul(g.constant(-10), g.param(0)));
+        split(d, std::vector{g.state(1), g.mul(size, sign(g, g.state(1)))});
+        CHECK(d.kind[0] == SurfaceKind::switching);
+    }
+}
+
 TEST_CASE("split: a surface at which nothing changes is none", "[formulas]") {
     CHECK(plane([](Graph& g, Expr x, Expr y, Expr) {
               return std::vector{g.mul(sign(g, x), g.abs(x)), y};

@@ -17,17 +17,18 @@ namespace filippov::detail {
 /// state. Nothing is known of the scale of a system, so they have many.
 class Samples {
 public:
-    static constexpr int draws = 4, points = 12;
     struct Point {
         double t;
         std::vector<double> x, p;
     };
+    using Draw = std::vector<Point>; ///< of the same parameters
 
     Samples(int dim, std::span<const double> defaults) {
         std::mt19937_64 random(20080131);
         std::normal_distribution<double> normal;
         std::uniform_real_distribution<double> uniform(0, 1);
-        const auto draw = [&](std::vector<Point>& to, const auto& size_of) {
+        const auto draw = [&](std::vector<Draw>& to, const auto& size_of) {
+            Draw drawn;
             std::vector<double> p;
             for (const double value : defaults)
                 p.push_back(size_of(value));
@@ -36,11 +37,12 @@ public:
                 Point point{20 * uniform(random) - 10, {}, p};
                 for (int j = 0; j < dim; ++j)
                     point.x.push_back(size * normal(random));
-                to.push_back(std::move(point));
+                drawn.push_back(std::move(point));
             }
+            to.push_back(std::move(drawn));
         };
         for (int i = 0; i < draws; ++i)
-            draw(all_, [&](double value) { // the first draw is what is given
+            draw(near_, [&](double value) { // the first draw is what is given
                 return i == 0       ? value
                        : value == 0 ? 0.3 * normal(random)
                                     : value * (1 + 0.2 * (2 * uniform(random) - 1));
@@ -54,18 +56,24 @@ public:
                                     : 10 * factor * value;
             });
     }
-    std::span<const Point> all() const { return all_; }
+    /// Those whose parameters are the given ones, or near them.
+    std::span<const Draw> near() const { return near_; }
     /// Others whose parameters are far from the given ones. Not everything has a value there.
-    std::span<const Point> wide() const { return wide_; }
+    std::span<const Draw> wide() const { return wide_; }
+
+    inline void look_where_functions_bend(Graph& graph, std::span<const Expr> formulas);
 
 private:
-    std::vector<Point> all_, wide_;
+    static constexpr int draws = 4, points = 12;
+    std::vector<Draw> near_, wide_;
 };
 
-/// A point on h = 0 to rounding, and two beside it, a hundred thousand times as far off.
+/// A point on h = 0 to rounding, two beside it, a hundred thousand times as far off, and the one
+/// that the search began at.
 struct OnSurface {
     Samples::Point at;
     std::array<Samples::Point, 2> beside;
+    Samples::Point from;
 };
 
 /// Newton onto h = 0 along its gradient, or in time where there is none.
@@ -74,6 +82,7 @@ inline std::optional<OnSurface> put_on(const Graph& graph, Expr h, std::span<con
     const auto value = [&graph](Expr e, const Samples::Point& at) {
         return graph.value(e, at.t, at.x, at.p);
     };
+    const Samples::Point from = point;
     for (int k = 0; k < 50; ++k) {
         const double off = value(h, point), rate = value(h_t, point);
         std::vector<double> g;
@@ -95,7 +104,7 @@ inline std::optional<OnSurface> put_on(const Graph& graph, Expr h, std::span<con
             return there;
         };
         if (std::abs(off) <= 1e-14 * rounding)
-            return OnSurface{point, {moved(-1e-9 * rounding), moved(1e-9 * rounding)}};
+            return OnSurface{point, {moved(-1e-9 * rounding), moved(1e-9 * rounding)}, from};
         point = moved(-off);
     }
     return std::nullopt;
@@ -113,6 +122,43 @@ inline std::vector<OnSurface> points_on(Graph& graph, Expr h,
         if (auto found = put_on(graph, h, gradient, h_t, start))
             points.push_back(std::move(*found));
     return points;
+}
+
+/// What formulas take functions of that are not linear, from the leaves up: where these are about
+/// zero the functions bend.
+inline std::vector<Expr> arguments_of_functions(const Graph& graph,
+                                                std::span<const Expr> formulas) {
+    std::vector<Expr> found;
+    for (const Expr e : graph.below(formulas)) {
+        const Graph::Node& n = graph[e];
+        if (n.op <= Op::sub || n.op == Op::neg || n.op == Op::where)
+            continue;
+        const auto varies = [&](Expr a) { return a >= 0 && graph.varies(a); };
+        if (n.op == Op::mul && !(varies(n.arg[0]) && varies(n.arg[1])))
+            continue;
+        for (const Expr a : n.arg)
+            if (varies(a) && graph[a].op != Op::time && graph[a].op != Op::state &&
+                !graph.switches(a) && std::ranges::find(found, a) == found.end())
+                found.push_back(a);
+    }
+    return found;
+}
+
+/// Adds points where the formulas' functions bend: the argument of a pulse, or of a tanh far from
+/// the origin, is about zero nowhere else, and what it multiplies looks constant. Of many arguments
+/// the first count, which the others are made of.
+inline void Samples::look_where_functions_bend(Graph& graph, std::span<const Expr> formulas) {
+    constexpr std::size_t most = 24;
+    constexpr std::array<double, 6> levels{0, 0.5, -0.5, -0.5, 0, 0.5}; // three of the first draw
+    std::vector<Expr> arguments = arguments_of_functions(graph, formulas);
+    arguments.resize(std::min(arguments.size(), most));
+    for (const Expr a : arguments)
+        for (std::size_t k = 0; k < levels.size(); ++k) {
+            Draw& draw = near_[k < 3 ? 0 : k - 2];
+            const Expr off = graph.sub(a, graph.constant(levels[k]));
+            for (OnSurface& found : points_on(graph, off, std::span(draw).subspan(k, 1)))
+                draw.push_back(std::move(found.at));
+        }
 }
 
 } // namespace filippov::detail

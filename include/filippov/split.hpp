@@ -45,6 +45,11 @@ public:
     Splitter(Graph& graph, int dim, std::span<const double> defaults)
         : graph_(graph), samples_(dim, defaults) {}
 
+    /// Has formulas compared where their functions bend, too.
+    void look_closely_at(std::span<const Expr> formulas) {
+        samples_.look_where_functions_bend(scratch(), formulas);
+    }
+
     /// Surfaces that are known already, each with its orientation.
     ///
     /// A factor of parameters alone is no surface of its own: h keeps it, and turns with its sign.
@@ -109,7 +114,10 @@ public:
     Expr on_sides(Expr e, std::span<const int> side) { return restricted(e, side); }
 
     std::vector<OnSurface> points_on(Expr h) {
-        return detail::points_on(graph_, h, samples_.all());
+        std::vector<OnSurface> points;
+        for (const Samples::Draw& draw : samples_.near())
+            std::ranges::move(detail::points_on(graph_, h, draw), std::back_inserter(points));
+        return points;
     }
     /// Surfaces other than j that have one sign all along surface j, as x - 1 on x + 1 = 0.
     std::vector<std::size_t> of_one_sign(std::size_t j, std::span<const OnSurface> points) const {
@@ -131,14 +139,17 @@ public:
         return points;
     }
     /// True if what is computed on both sides of a surface is equal on it: no further apart than
-    /// rounding of the values, or of the point. Where nothing can be computed, no.
+    /// rounding of the values, or of the point. Where no point tells, no.
     bool continuous(std::span<const OnSurface> points, std::span<const Expr> f,
                     std::span<const Expr> g) {
-        for (std::size_t i = 0; i < f.size(); ++i)
-            if (f[i] != g[i] &&
-                (differs(points, {{1, f[i]}, {-1, g[i]}}, graph_, false).value_or(true) ||
-                 differs_in_part(points, f[i], g[i])))
+        for (std::size_t i = 0; i < f.size(); ++i) {
+            if (f[i] == g[i])
+                continue;
+            const auto whole = differs(points, {{1, f[i]}, {-1, g[i]}}, graph_, false);
+            const auto part = differs_in_part(points, f[i], g[i]);
+            if (whole.value_or(false) || part.value_or(!whole))
                 return false;
+        }
         return true;
     }
 
@@ -146,7 +157,8 @@ private:
     static constexpr int unknown = 0;
     static constexpr double noise = 64 * epsilon<double>;
 
-    /// Whether a difference is not zero on a surface; none where it has no value.
+    /// Whether a difference is not zero on a surface; none where it has no value, or is zero far
+    /// off the surface as well: there it tells nothing.
     /// @param bounded  of terms whose errors may be larger than rounding of their values
     static std::optional<bool> differs(std::span<const OnSurface> points, const Terms& difference,
                                        const Graph& graph, bool bounded) {
@@ -165,24 +177,24 @@ private:
             const auto [value, error] = sum(point.at);
             if (!std::isfinite(value) || std::isnan(error))
                 continue;
-            known = true;
             // of a kink it is proportional to the distance at most
             double beside = 0;
             for (const Samples::Point& near : point.beside)
                 if (const double d = std::abs(sum(near).value); std::isfinite(d))
                     beside = std::max(beside, d);
+            known = known || sum(point.from).value != 0;
             if (!(std::abs(value) <= 1e-3 * beside + error))
                 return true;
         }
         return known ? std::optional(false) : std::nullopt;
     }
-    /// The same of what is left when the terms that both have are taken away: a jump by 1e-18 does
-    /// not vanish in the rounding of what it is added to.
-    bool differs_in_part(std::span<const OnSurface> points, Expr f, Expr g) {
+    /// The same of what is left when the terms that both have are taken away, if something is: a
+    /// jump by 1e-18 does not vanish in the rounding of what it is added to.
+    std::optional<bool> differs_in_part(std::span<const OnSurface> points, Expr f, Expr g) {
         Graph& graph = scratch();
         Terms terms;
         if (!expand(graph, f, 1, terms) || !expand(graph, g, -1, terms))
-            return false;
+            return std::nullopt;
         std::map<Expr, std::pair<double, double>> sum; // factors, and their sizes
         for (const auto& [factor, e] : terms) {
             sum[e].first += factor;
@@ -192,8 +204,9 @@ private:
         for (const auto& [e, factor] : sum)
             if (std::abs(factor.first) > noise * factor.second)
                 rest.emplace_back(factor.first, e);
-        return !rest.empty() && rest.size() < terms.size() &&
-               differs(points, rest, graph, true).value_or(false);
+        if (rest.empty() || rest.size() == terms.size())
+            return std::nullopt;
+        return differs(points, rest, graph, true);
     }
     /// The one factor of a product of signs that varies, and the others; -1 if several vary.
     std::pair<Expr, Expr> without_params(Expr product) {
@@ -285,12 +298,13 @@ private:
         double low = std::numeric_limits<double>::infinity(), high = -low;
         const Samples::Point* reference = nullptr;
         std::vector<Draw> seen;
+        bool varies = false;
         for (const auto& [all, given] :
-             {std::pair(samples_.all(), true), std::pair(samples_.wide(), false)})
-            for (std::size_t draw = 0; draw < Samples::draws; ++draw) {
-                const auto points = all.subspan(draw * Samples::points, Samples::points);
+             {std::pair(samples_.near(), true), std::pair(samples_.wide(), false)})
+            for (const Samples::Draw& points : all) {
                 std::vector<Graph::Rounded> ratios;
                 for (const auto& point : points) {
+                    varies = varies || differ(h, points[0], point);
                     const Graph::Rounded ratio = quotient(u, h, point);
                     if (!std::isfinite(ratio.value) || !(relative(ratio) < 0.1))
                         continue;
@@ -311,7 +325,7 @@ private:
                 high = std::max(high, best.value);
                 seen.push_back({points, best.value});
             }
-        if (seen.empty() || !vanish_together(u, h, seen))
+        if (seen.empty() || !varies || !vanish_together(u, h, seen))
             return std::nullopt;
         refuse_neighbours(u, h);
         if (high - low <= 1e-9 * std::abs(low))
@@ -329,11 +343,18 @@ private:
         const double ratio = a.value / b.value;
         return {ratio, (a.error + std::abs(ratio) * b.error) / std::abs(b.value)};
     }
-    /// True if u = ratio h, to rounding, also where h = 0: at a few points of each draw.
+    /// True if h is not the same at two points, whatever its rounding. (All constants are
+    /// proportional.)
+    bool differ(Expr h, const Samples::Point& one, const Samples::Point& other) const {
+        const auto a = graph_.rounded(h, one.t, one.x, one.p);
+        const auto b = graph_.rounded(h, other.t, other.x, other.p);
+        return std::abs(a.value - b.value) > 8 * (a.error + b.error);
+    }
+    /// True if u = ratio h, to rounding, also where h = 0.
     bool vanish_together(Expr u, Expr h, std::span<const Draw> draws) {
         Graph& graph = scratch();
         for (const Draw& draw : draws)
-            for (const OnSurface& point : detail::points_on(graph, h, draw.points.first(3))) {
+            for (const OnSurface& point : detail::points_on(graph, h, draw.points)) {
                 const Samples::Point& at = point.at;
                 const auto a = graph.rounded(u, at.t, at.x, at.p);
                 const auto b = graph.rounded(h, at.t, at.x, at.p);
@@ -449,6 +470,9 @@ private:
 inline void split(Definition& d, std::span<const Expr> field, std::span<const Expr> named = {}) {
     Graph& graph = d.graph;
     detail::Splitter splitter(graph, d.dim, d.defaults);
+    std::vector<Expr> formulas(field.begin(), field.end());
+    formulas.insert(formulas.end(), named.begin(), named.end());
+    splitter.look_closely_at(formulas);
     for (const Expr h : named)
         splitter.add_surface(h);
     splitter.discover(field);
