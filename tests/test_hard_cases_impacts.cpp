@@ -300,6 +300,96 @@ TEMPLATE_TEST_CASE("H30: a jump onto another surface is judged again, at most a 
     CHECK(r.result.counters.events <= 101);
 }
 
+namespace {
+
+/// A clock that fires at 1, sets itself back and kicks a second component, which moves at a rate of
+/// its own and comes down by `drop` where it is at its limit or beyond.
+struct Kicking {
+    static constexpr int dim = 2, surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump};
+    double rate = 0, kick = 1, limit = 1, drop = 1;
+    template <Scalar S> Vec<S, 2> f(const S&, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {S(1), S(rate)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {S(1) - x[0], S(limit) - x[1]};
+    }
+    template <Scalar S>
+    Vec<S, 2> jump(int j, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return j == 0 ? Vec<S, 2>(S(0), x[1] + S(kick)) : Vec<S, 2>(x[0], x[1] - S(drop));
+    }
+};
+
+/// A field that depends on the side of x = 0, below a wall at y = 4 that puts y back to 1/2.
+struct Walled {
+    static constexpr int dim = 2, surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::switching, SurfaceKind::jump};
+    double left = 1, right = 3; ///< x' on the two sides; there y' is -1 and 2
+    template <Scalar S>
+    Vec<S, 2> region(const S&, const Vec<S, 2>&, const Mode<2>& side, const Vec<S, 0>&) const {
+        return side[0] < 0 ? Vec<S, 2>(S(left), S(-1)) : Vec<S, 2>(S(right), S(2));
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], S(4) - x[1]};
+    }
+    template <Scalar S> Vec<S, 2> jump(int, const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], S(0.5)};
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H30: what a jump throws beyond a surface jumps there once", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const auto run = [](const Kicking& sys, double y, double t) {
+        return follow<TestType>(sys, {}, V2(0, y), t, bounded<2>(1e-9));
+    };
+    for (const double rate : {0.1, -0.1, 0.0}) {
+        CAPTURE(rate);
+        const auto r = run({rate}, 0.7, 1.5);
+        REQUIRE(r.result.status == Status::ok);
+        CHECK(word(r) == "jump jump");
+        CHECK(r.result.x[1] == Approx(0.7 + 1.5 * rate).epsilon(1e-9));
+    }
+    const auto counter = run({0, 4, 1.5, 4}, 0, 1.5); // a burst of four
+    CHECK(word(counter) == "jump jump");
+    CHECK(counter.result.x[1] == 0);
+    // still beyond
+    const auto twice = run({0.25, 1.5, 1, 0.75}, 0.5, 1.5);
+    CHECK(twice.result.status == Status::escaped);
+}
+
+TEMPLATE_TEST_CASE("H30: a counter that a jump puts on its limit is at it", "[hard]",
+                   DormandPrince5, DormandPrince8) {
+    const Kicking sys{0, 1, 3, 3};
+    auto r = follow<TestType>(sys, {}, V2(0, 0), 7.5, bounded<2>(1e-9));
+    REQUIRE(r.result.status == Status::ok);
+    CHECK(word(r) == "jump jump jump jump jump jump jump jump jump");
+    CHECK(r.result.x[1] == 1);
+    r = follow<TestType>(sys, {}, V2(0.25, 3), 0.5, bounded<2>(1e-9)); // as at a start
+    CHECK(word(r) == "jump");
+    CHECK(r.result.x[1] == 0);
+}
+
+TEMPLATE_TEST_CASE("H30: a start on a wall and a surface jumps where the solution leads into it",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    const auto at = follow<TestType>(Walled{}, {}, V2(0, 4), 1, bounded<2>(1e-9));
+    CHECK(word(at) == "jump");
+    CHECK(at.result.x[0] == Approx(3).epsilon(1e-9));
+    CHECK(at.result.x[1] == Approx(2.5).epsilon(1e-9));
+    const auto beside = follow<TestType>(Walled{}, {}, V2(1e-9, 4), 1, bounded<2>(1e-9));
+    CHECK(word(beside) == "jump");
+    CHECK(beside.result.x[1] == Approx(2.5).epsilon(1e-9));
+    // x = 0 holds it, where y' = 5/4 leads into the wall
+    const auto held = follow<TestType>(Walled{3, -1}, {}, V2(0, 4), 1, bounded<2>(1e-9));
+    REQUIRE(held.result.status == Status::ok);
+    CHECK(held.result.x[0] == 0);
+    CHECK(held.result.x[1] == Approx(1.75).epsilon(1e-9));
+    // both lead away from the wall
+    const auto down = follow<TestType>(Walled{-1, -1}, {}, V2(0, 4), 1, bounded<2>(1e-9));
+    CHECK(down.result.x[1] == Approx(3).epsilon(1e-9));
+}
+
 TEMPLATE_TEST_CASE("H30: a jump in the last instant has happened", "[hard]", DormandPrince5,
                    DormandPrince8) {
     const auto r =

@@ -260,6 +260,36 @@ TEMPLATE_TEST_CASE("H4: three roots close to each other are three events", "[har
 
 // --- H21, H22 ------------------------------------------------------------------------------------
 
+TEMPLATE_TEST_CASE("H20: a state that an h hardly depends on is not moved to be on its surface",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // x' = 0: whatever rounding leaves of h, which is a function of time but for k x
+    const auto rest = [](const auto&, const auto& x) { return like(x, x[0] * 0, x[0] * 0 - 1); };
+    const auto go_on = [](const auto&, const auto& x) { return like(x, x[0] * 0, x[0] * 0 + 1); };
+    const auto ends_at_rest = [&](const auto& h, double t0) {
+        const Plane sys(rest, go_on, h);
+        const auto r = go<TestType>(sys, V2(1, 0), t0, t0 + 20, bounded<2>(1e-10));
+        REQUIRE(r.result.status == Status::ok);
+        CHECK(r.times(cross).size() >= 6);
+        CHECK(r.result.x[0] == 1);
+    };
+    for (const double k : {1e-18, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-3}) {
+        CAPTURE(k);
+        const auto h = [k](const auto& t, const auto& x) {
+            using std::sin;
+            return sin(t) + 0.3 + k * x[0];
+        };
+        ends_at_rest(h, 0.5);
+        ends_at_rest(h, 1e6);
+    }
+    const auto product = [](const auto& t, const auto& x) {
+        using std::exp;
+        using std::sin;
+        return (sin(t) + 0.3) * exp(x[0]);
+    };
+    ends_at_rest(product, 0.5);
+    ends_at_rest(product, 1e4);
+}
+
 TEMPLATE_TEST_CASE("H21: a surface without gradient is refused with the point", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const auto rise = [](const auto&, const auto& x) { return like(x, x[1], 1); };
@@ -1015,6 +1045,49 @@ TEMPLATE_TEST_CASE("H28: a section and a surface at the same time are one event 
         CHECK(r.times(section).size() == 1);
         CHECK(r.result.t == Approx(0.5).epsilon(1e-15));
     }
+}
+
+namespace {
+
+/// A pushed spring whose equilibrium is on the other side of 0 where v is.
+struct Pushed {
+    static constexpr int dim = 2;
+    double force, frequency;
+    template <Scalar S> Vec<S, 2> f(int side, const S& t, const Vec<S, 2>& x) const {
+        using std::cos;
+        return {x[1], S(-0.02 * side) - x[0] - S(0.1) * x[1] + S(force) * cos(S(frequency) * t)};
+    }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return f(-1, t, x);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return f(+1, t, x);
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const { return x[1]; }
+    template <Scalar S> S period(const Vec<S, 0>&) const { return S(2 * pi / frequency); }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("H28: a section that is zero on a surface is met once a crossing, whatever the "
+                   "period",
+                   "[hard]", DormandPrince5, DormandPrince8, Rodas5P) {
+    // The surface is found in the time within a period, the section in the absolute time.
+    std::size_t crossings = 0;
+    for (int k = 0; k < 60; ++k) {
+        CAPTURE(k);
+        EventLog<double, 2, 1> log;
+        const auto speed = [](const auto&, const auto& x, const auto&) { return x[1]; };
+        const auto end =
+            flow<TestType>(Pushed{1.5 + 0.06 * k, 0.5 + 0.04 * k}, Vec<double, 0>(), V2(0.1 * k, 1),
+                           0, 12, bounded<2>(1e-8), log, sections(Section{speed, 0}));
+        const Run<Pushed> r{end, log.events};
+        REQUIRE(r.result.status == Status::ok);
+        const std::size_t met = r.times(cross).size() + r.times(enter_sliding).size();
+        CHECK(r.times(section).size() == met);
+        crossings += met;
+    }
+    CHECK(crossings > 200);
 }
 
 TEMPLATE_TEST_CASE("H28: a section is found on a slide", "[hard]", DormandPrince5, DormandPrince8) {

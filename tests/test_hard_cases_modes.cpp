@@ -124,6 +124,24 @@ TEMPLATE_TEST_CASE("H5: a slide that ends just before L1 = L2 ends by tangency",
                                .margin(10 * tol));
 }
 
+TEMPLATE_TEST_CASE("H5: a slide ends by tangency also where the pole comes in the same step",
+                   "[hard]", DormandPrince5, DormandPrince8) {
+    // x' = k1 (ta - t) below 0, -k2 (tb - t) above: the slide ends at the first of ta and tb
+    for (const auto& [k1, k2] : {std::pair(1.0, 0.1), {2.0, 0.1}, {1.0, 1.0}, {30.0, 0.5}})
+        for (int i = 0; i < 35; ++i)
+            for (const double apart : {0.2, 0.05, 0.01, 1e-3, -0.2, -0.02}) {
+                const double ta = 0.5 + 0.1 * i, tb = ta + apart, first = std::min(ta, tb);
+                CAPTURE(k1, k2, ta, apart);
+                const Line sys([=](const auto& t, const auto& x) { return like(x, k1 * (ta - t)); },
+                               [=](const auto& t, const auto& x) { return like(x, k2 * (t - tb)); },
+                               [](const auto&, const auto& x) { return x[0]; });
+                const auto r = go<TestType>(sys, V1(0), 0, first + 1, bounded<1>(1e-8));
+                REQUIRE(r.result.status == Status::ok);
+                REQUIRE(r.times(exit_sliding).size() == 1);
+                CHECK(r.times(exit_sliding)[0] == Approx(first).epsilon(1e-12));
+            }
+}
+
 TEMPLATE_TEST_CASE("H6: where L1 vanishes triply it changes sign, and the slide ends", "[hard]",
                    DormandPrince5, DormandPrince8) {
     const double from = GENERATE(1.0, 0.9, 0.7, 0.613, 0.31);

@@ -310,6 +310,52 @@ TEST_CASE("split: what is flat near the origin is not taken for what is flat the
     CHECK(surfaces(lorentz(300), lorentz(700)) == 2);
 }
 
+TEST_CASE("split: regions have the values that were written, far away as well", "[formulas]") {
+    // each of one number u: the time, or a component
+    const std::vector<std::function<Expr(Graph&, Expr)>> formulas{
+        [](Graph& g, Expr u) { // sign(|tanh(u - 50)| - 1/2)
+            return sign(g, g.sub(g.abs(steep(g, u, 50, 1)), g.constant(0.5)));
+        },
+        [](Graph& g, Expr u) { // sign(|tanh(u - 50) + 1/2| - 2.52): -1
+            const Expr a = g.add(steep(g, u, 50, 1), g.constant(0.5));
+            return sign(g, g.sub(g.abs(a), g.constant(2.52)));
+        },
+        [](Graph& g, Expr u) {
+            const Expr a = g.sub(pulse(g, u, 170, 30), g.constant(0.56));
+            return sign(g, g.sub(g.abs(a), g.constant(0.2)));
+        },
+        [](Graph& g, Expr u) { // min(pulse, 0.3) + max(tanh(u - 90), -1/2)
+            const Expr a = pulse(g, u, 60, 8), b = steep(g, u, 90, 1);
+            const Expr low = g.where(g.step(g.sub(g.constant(0.3), a)), a, g.constant(0.3));
+            const Expr high = g.where(g.step(g.add(b, g.constant(0.5))), b, g.constant(-0.5));
+            return g.add(low, high);
+        },
+        [](Graph& g, Expr u) { // sign(sin(pulse) - 1/4) sign(tanh - 0.9)
+            const Expr a = g.unary(Op::sin, pulse(g, u, -300, 40));
+            return g.mul(sign(g, g.sub(a, g.constant(0.25))),
+                         sign(g, g.sub(steep(g, u, 200, 3), g.constant(0.9))));
+        },
+    };
+    for (std::size_t k = 0; k < formulas.size(); ++k)
+        for (const bool of_time : {true, false}) {
+            CAPTURE(k, of_time);
+            Expr written = -1;
+            const Definition d = plane([&](Graph& g, Expr x, Expr y, Expr) {
+                written = formulas[k](g, of_time ? g.time() : x);
+                return std::vector{y, written};
+            });
+            for (double at = -400.3; at < 400; at += 0.7) {
+                const double t = of_time ? at : 0;
+                const std::vector x{of_time ? 0.0 : at, 0.5}, p{1.0};
+                unsigned code = 0;
+                for (int j = 0; j < d.surfaces(); ++j)
+                    code |= unsigned(d.graph.value(d.h[std::size_t(j)], t, x, p) > 0) << j;
+                REQUIRE(d.graph.value(d.region[code][1], t, x, p) ==
+                        d.graph.value(written, t, x, p));
+            }
+        }
+}
+
 TEST_CASE("split: a jump is one, wherever it is not zero", "[formulas]") {
     const auto kind_of = [](const auto& field) {
         const auto d = plane(field);

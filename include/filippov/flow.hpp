@@ -132,7 +132,9 @@ private:
                 return segment_.fail(Status::degenerate_surface, "grad h", on.surface(i));
         if (!independent(sys_, on, t, segment_.x(), p_, segment_.scale()))
             return segment_.fail(Status::dependent_surfaces, "grad h", on.surface(on.size() - 1));
-        segment_.set_state(project(sys_, on, t, segment_.x(), p_, segment_.scale()));
+        const X there = project(sys_, on, t, segment_.x(), p_, segment_.scale());
+        if (is_near(segment_.x(), there, segment_.scale()))
+            segment_.set_state(there);
         return Status::ok;
     }
 
@@ -386,13 +388,26 @@ private:
     /// Lets the state jump if one of the surfaces here throws it, and judges what goes on.
     Status go_on(const Mode<M>& before, const SurfaceSet<M>& on, int guard) {
         if constexpr (has_jumps_v<Sys>)
-            if (const int j = throws(before, on); j >= 0)
-                return jump(before, j);
+            if (const int j = throws(guard < 0 ? beside_walls(before, on) : before, on); j >= 0)
+                return jump(before, j, on.contains(j));
         return on.n > 0 ? judge(before, on, guard) : Status::ok;
     }
 
     // --- jumps of the state --------------------------------------------------------------------
 
+    /// The mode that would go on from here without the surfaces that have jumps: what it leads
+    /// against throws the state. (Of a state that was put here no field says where it came from.)
+    Mode<M> beside_walls(const Mode<M>& mode, const SurfaceSet<M>& on) const {
+        SurfaceSet<M> others;
+        for (const int k : on)
+            if (!is_kind(sys_, k, SurfaceKind::jump))
+                others.add(k);
+        if (others.n == 0 || others.n == on.n)
+            return mode;
+        const Verdict<M> v =
+            others.n == 1 ? judge_one(mode, others[0], -1) : judge_several(mode, others, -1);
+        return v.finite && v.unique ? v.mode : mode;
+    }
     /// A surface with jumps against which the state moves, or beyond which it is; -1: none.
     int throws(const Mode<M>& mode, const SurfaceSet<M>& contacts) const {
         const S t = segment_.clock().local;
@@ -407,7 +422,8 @@ private:
         return -1;
     }
     /// Jumps at surface j, and again while the state lands where it is thrown on.
-    Status jump(const Mode<M>& before, int j) {
+    /// @param met  it is on the surface but for rounding of h, not somewhere beyond
+    Status jump(const Mode<M>& before, int j, bool met) {
         if (segment_.direction() < 0)
             return segment_.fail(
                 Status::ambiguous,
@@ -426,9 +442,9 @@ private:
                 return segment_.fail(Status::not_finite, "jump", j);
             if (x == x_left)
                 return segment_.fail(Status::jump_cascade, "the jump here changes nothing", j);
-            const S h_left = switching(sys_, now.local, x_left, p_)[j];
+            const S rounding = met ? switching(sys_, now.local, x_left, p_)[j] : S(0);
             segment_.set_state(x);
-            const auto [beyond, contacts] = place(j, h_left);
+            const auto [beyond, contacts] = place(j, rounding);
             const Mode<M> mode = beyond; // a name that a requires expression may use
             recent_.add(now, j, x, mode, true);
             if (mode[j] < 0) {
@@ -438,7 +454,7 @@ private:
             contacts_ = contacts;
             if constexpr (requires { observer_.on_jump(now, left, j, mode); })
                 observer_.on_jump(now, left, j, mode);
-            const int next = throws(mode, contacts);
+            const int next = throws(beside_walls(mode, contacts), contacts);
             segment_.enter(mode);
             if (next < 0 && contacts.n > 0) {
                 // Bounces too low for the rounding of h still take their time.
@@ -462,6 +478,7 @@ private:
                 return Status::ok;
             left = mode;
             j = next;
+            met = contacts.contains(j);
         }
     }
     static constexpr int most_jumps = 100; ///< at one time
@@ -617,7 +634,7 @@ private:
         const SurfaceSet<M> on = slid_surfaces(after);
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump) && side < 0)
-                return jump(before, j);
+                return jump(before, j, false);
         if (on.n > 0)
             return judge(after, on, -1);
         segment_.enter(after);
@@ -630,10 +647,12 @@ private:
         const bool wanted = sections_.direction(q) == 0 || sections_.direction(q) * side < 0;
         segment_.watch().passed_section(q);
         // Met twice within the resolution of time (with a surface at the same time) is met once.
+        // Sections see the absolute time.
         const Clock<S>& now = segment_.clock();
         using std::abs;
-        const bool again = met_[std::size_t(q)] &&
-                           abs(met_at_[std::size_t(q)].until(now)) <= S(8) * ulp(now.local);
+        const S moment = S(8) * std::max(ulp(now.local), ulp(now.absolute()));
+        const bool again =
+            met_[std::size_t(q)] && abs(met_at_[std::size_t(q)].until(now)) <= moment;
         met_[std::size_t(q)] = true;
         met_at_[std::size_t(q)] = now;
         if (!wanted || again)

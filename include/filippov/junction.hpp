@@ -56,14 +56,14 @@ bool throws_from_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, 
     return !(y == x) && (switching(sys, t, y, p)[j] > rounding_band(sys, j, t, y, p) ||
                          normal_motion(sys, mode, j, t, y, p, 1) > 0);
 }
-/// True if surface j throws the state: it moves against it, or is at rest and accelerated against
-/// a surface that throws it away.
+/// True if surface j throws the state: it moves against it, or is at rest, does not start to leave,
+/// and would be thrown away. (A counter that a jump puts on its limit is at rest there for ever.)
 template <class Sys, class S>
 bool is_thrown(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
                const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
     const int motion = normal_motion(sys, mode, j, t, x, p, direction);
     return motion < 0 ||
-           (motion == 0 && direction > 0 && free_rates(sys, mode, j, t, x, p)[1] < S(0) &&
+           (motion == 0 && direction > 0 && !(free_rates(sys, mode, j, t, x, p)[1] > S(0)) &&
             throws_from_rest(sys, mode, j, t, x, p));
 }
 

@@ -93,7 +93,7 @@ public:
             abs_(dt_before_slide_) < abs_(dt_))
             dt_ = dt_before_slide_;
         // What the field does not resolve is looked at from as near as it changed before.
-        if (changed && lasted > S(0) && may_outpace(false))
+        if (changed && lasted > S(0) && may_outpace())
             dt_ = forward() * std::min(abs_(dt_), std::max(S(2) * lasted, least_first_step()));
         const bool first_slip = slid && mode.sliding() == 0 && dt_before_slide_ == S(0);
         checks_ = first_slip || counters_.steps == 0 ? most_checks : 0;
@@ -117,7 +117,7 @@ public:
         S first = std::min({natural_step_, span, settings.max_step});
         if (settings.first_step > S(0))
             first = std::min(settings.first_step, span);
-        else if (!forced_ && may_outpace(counters_.steps == 0))
+        else if (!forced_ && may_outpace())
             first = std::min(first, std::max(span / S(128), least_first_step()));
         if (settings.fixed_step > S(0))
             first = settings.fixed_step;
@@ -126,10 +126,10 @@ public:
     S least_first_step() const { return S(1e4) * place_.resolution(); }
     /// True if the mode's field says nothing of how soon an event may come: as Watch::may_outpace,
     /// and of s, unless the system vouches for it.
-    bool may_outpace(bool begins) const {
+    bool may_outpace() const {
         const bool vouched =
             place_.settings.closed_form_slides && vouches_for_slides<S>(place_.sys);
-        return (place_.mode.sliding() > 0 && !vouched) || watch_.may_outpace(begins);
+        return (place_.mode.sliding() > 0 && !vouched) || watch_.may_outpace();
     }
 
     /// Follows the mode to the next stop.
@@ -309,12 +309,13 @@ private:
                 stop.again = true;
                 return stop;
             }
-        if (target.loses_surface())
+        const bool s_jumps = target.ends_slide() && (landing.jumped || !on_target());
+        if (target.loses_surface() || s_jumps) // (s jumps where L1 - L2 has a root, too)
             if (const Found<S> end = watch_.before_pole(found.guard, path); end.guard >= 0)
                 return land(path, end);
         stop.guard = found.guard;
         stop.touch = found.touch;
-        stop.jumped = landing.jumped || (target.ends_slide() && !on_target()); // of h, or of s
+        stop.jumped = landing.jumped || s_jumps; // of h, or of s
         if (const int j = carried_off(path); j >= 0 && target.ends_slide())
             return left_behind(j, path.dt);
         target.settle(path, after(path.dt).local, landing.jumped);

@@ -172,6 +172,27 @@ State<Sys, S> project(const Sys& sys, int j, const S& t, State<Sys, S> x, const 
     return x;
 }
 
+/// True if a state that was met on a surface may be moved by so much to lie on it to the last bit:
+/// by rounding of itself and of the time of a solution as fast as `f`. Where h hardly depends on
+/// the state, or on components that rest, rounding of h is no reason to move them.
+template <class S, int N>
+bool is_rounding(const Vec<S, N>& from, const Vec<S, N>& to, const Vec<S, N>& f, const S& t) {
+    using std::abs;
+    for (int i = 0; i < N; ++i)
+        if (!(abs(to[i] - from[i]) <= S(32) * ulp(from[i]) + S(64) * ulp(t) * abs(f[i])))
+            return false;
+    return true;
+}
+/// True if no component is moved by more than its length.
+template <class S, int N>
+bool is_near(const Vec<S, N>& from, const Vec<S, N>& to, const Vec<S, N>& lengths) {
+    using std::abs;
+    for (int i = 0; i < N; ++i)
+        if (!(abs(to[i] - from[i]) <= lengths[i]))
+            return false;
+    return true;
+}
+
 /// How fast h_j of a surface with jumps changes in the region with these sides: the normal speed of
 /// an impact.
 template <class Sys, class S>

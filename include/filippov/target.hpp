@@ -26,7 +26,8 @@ public:
     /// Derivative of the residual by time, on the interpolant.
     template <class Path> S slope(Path& path) const {
         const S step = found_.touch ? S(1e-3) : S(1e-4);
-        const S u = std::min(found_.theta + step, S(1)), v = std::max(found_.theta - step, S(0));
+        const S ahead = found_.pole < 0 ? step : S(0); // (behind the root is the pole)
+        const S u = std::min(found_.theta + ahead, S(1)), v = std::max(found_.theta - step, S(0));
         const auto raw = [&](const S& theta) {
             return guards_.value_of(found_, S(at_.clock.local + theta * path.dt), path(theta));
         };
@@ -82,8 +83,13 @@ public:
     /// @param t  where the clock will be then, which may round otherwise than `local + dt`
     template <class Path> void settle(Path& path, const S& t, bool jumped) const {
         const bool on_surface = meets_surface() && !found_.touch && !jumped;
-        path.x1 = project(at_.sys, on_surface ? at_.held_with(surface(), t, path.x1) : at_.held, t,
-                          path.x1, at_.p, at_.scale);
+        const X x = path.x1;
+        if (on_surface) {
+            path.x1 = project(at_.sys, at_.held_with(surface(), t, x), t, x, at_.p, at_.scale);
+            if (may_move(x, path, t))
+                return;
+        }
+        path.x1 = project(at_.sys, at_.held, t, x, at_.p, at_.scale);
     }
     /// True if the gradient of h vanishes where the surface was met: to first order the step, and
     /// its second half, explain less than a millionth of the change of h, and no part of the
@@ -95,6 +101,17 @@ public:
     }
 
 private:
+    /// True if x may be moved to the end of the path to lie on the surface met: by rounding, or by
+    /// a tolerance at most if no rounding explains why it is not there.
+    template <class Path> bool may_move(const X& x, const Path& path, const S& t) const {
+        using std::abs;
+        const X f = at_.field(t, path.x1);
+        if (is_rounding(x, path.x1, f, t))
+            return true;
+        const S rate = abs(normal_component(at_.sys, surface(), t, x, at_.p, f));
+        const S band = rounding_band(at_.sys, surface(), t, x, at_.p) + S(8) * ulp(t) * rate;
+        return abs(h(t, x)) > band && is_near(x, path.x1, at_.scale);
+    }
     template <class Path> bool flat_since(const Path& path, const S& theta, const X& x) const {
         using std::abs;
         const S t0 = at_.clock.local + theta * path.dt, t1 = at_.clock.local + path.dt;

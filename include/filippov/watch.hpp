@@ -211,11 +211,10 @@ public:
         return false;
     }
     /// True if the field alone says nothing of how soon an event may come: sections are watched, or
-    /// an h that is not linear, or not known to be when the run begins.
-    bool may_outpace(bool begins) const {
+    /// an h that is not known to be linear.
+    bool may_outpace() const {
         for (const int g : active_guards())
-            if (g >= Guard<M>::first_section ||
-                (off_surface(g) && !declared_linear_ && (begins || !looks_linear(g))))
+            if (g >= Guard<M>::first_section || (off_surface(g) && !declared_linear_))
                 return true;
         return false;
     }
@@ -476,13 +475,18 @@ private:
         // Off the surfaces a step with a NaN was rejected before.
         if (!of_h && !(w.template sum<Times>() < std::numeric_limits<S>::infinity()))
             return true;
-        return w.own_pace ? !w.fit.clear() : w.template doubtful<Times>();
+        // (what comes down to a thirtieth of its spread may be within its touch band there)
+        return w.own_pace ? !(w.fit.clear() && w.fit.floor > S(0.03) * w.fit.spread)
+                          : w.template doubtful<Times>();
     }
 
     // --- guards with a pace of their own -------------------------------------------------------
 
     template <class Path> FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
         bool any = false;
+        // (a step that is long beside what the mode has shown so far may hide a bump of an h that
+        // is flat elsewhere)
+        unjudged = unjudged || is_long(path, elapsed);
         for (const int g : active_guards()) {
             trace(g).own_pace = keeps_pace(g, path, unjudged);
             any = any || trace(g).own_pace;
@@ -547,7 +551,7 @@ private:
 
     template <class Path> FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
         using Times = typename Path::Times;
-        bool more = !Path::exact_probes && abs_(path.dt) * widest_gap<Times> > elapsed * S(0.0625);
+        bool more = is_long(path, elapsed);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
             w.sampled = false;
@@ -559,6 +563,11 @@ private:
         }
         if (more)
             take_samples(path);
+    }
+    /// True if a sixteenth of the time since the mode began fits between probes.
+    template <class Path> static bool is_long(const Path& path, const S& elapsed) {
+        return !Path::exact_probes &&
+               abs_(path.dt) * widest_gap<typename Path::Times> > elapsed * S(0.0625);
     }
     template <class Path> FILIPPOV_COLD void take_samples(Path& path) {
         sample(path);
