@@ -153,7 +153,7 @@ FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
         const S off = abs(value - cubic);
         fit.off = off > fit.off || !(off == off) ? off : fit.off;
     }
-    fit.off = fit.off <= noise ? S(0) : fit.off; // (so it does where noise is one)
+    fit.off = fit.off <= noise ? S(0) : fit.off; // (a NaN stays, and excuses nothing)
     fit.spread = high - low;
     const S c1 = f1 - ta * g1 + ta * tb * third, c2 = g1 - (ta + tb) * third;
     fit.bend = S(2) * std::max(S(abs(c2)), S(abs(c2 + S(3) * third)));
