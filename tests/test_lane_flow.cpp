@@ -91,6 +91,26 @@ struct Jumping {
     }
 };
 
+/// A latch x that rests while y is shaken up or down, and an h that x hardly has a part in.
+struct Latched {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 1> params{"k"};
+    template <Scalar S> static Vec<S, 2> shaken(const S& t, double push) {
+        using elementary::cos;
+        return {S(0), S(push) + S(4) * cos(S(3) * t)};
+    }
+    template <Scalar S> Vec<S, 2> f1(const S& t, const Vec<S, 2>&, const Vec<S, 1>&) const {
+        return shaken(t, -1);
+    }
+    template <Scalar S> Vec<S, 2> f2(const S& t, const Vec<S, 2>&, const Vec<S, 1>&) const {
+        return shaken(t, 1);
+    }
+    template <Scalar S> S h(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& p) const {
+        using elementary::sin;
+        return sin(t) + S(0.3) + p[0] * x[0];
+    }
+};
+
 } // namespace
 
 // --- starts and ends ---------------------------------------------------------------------------
@@ -387,6 +407,25 @@ TEST_CASE("H22, lane_flow: a surface that jumps away leaves a slide behind", "[l
         CHECK(std::abs(o.slide_time - (m[i].t_end - m[i].t0 - away)) < 1e-7);
     }
     CHECK(unlike_flow(Jumping{}, m, 1e-8) == 0);
+}
+
+TEST_CASE("H20, lane_flow: a state that h hardly depends on stays where it is", "[lane_flow]") {
+    Members<Latched> m;
+    for (int i = 0; i < 40; ++i)
+        for (const double k : {1e-18, 1e-14, 1e-10, 1e-6})
+            for (const double late : {0.0, 1e4})
+                m.push_back({{1, 0}, Vec<double, 1>(k), late + 0.5 + 0.1 * i, late + 20 + 0.1 * i});
+    for (const double tol : {1e-6, 1e-10}) {
+        const auto r = run(Latched{}, m, tolerance<Latched>(tol));
+        if (tol > 1e-8) // lanes did it
+            CHECK(r.counters.handed_over < 32);
+        for (const auto& o : r.outcomes) {
+            REQUIRE(o.status == Status::ok);
+            CHECK(o.events >= 6);
+            CHECK(o.x[0] == 1);
+        }
+        CHECK(unlike_flow(Latched{}, m, tol) == 0);
+    }
 }
 
 TEST_CASE("lane_flow: a slide that ceases to attract stops there", "[lane_flow]") {

@@ -141,12 +141,22 @@ private:
     Status start_as_known() {
         const int j = start_surface_ = known_start_.guard / 3;
         const S t = segment_.clock().local;
-        segment_.set_state(project(sys_, j, t, segment_.x(), p_, segment_.scale()));
+        put_on_known_surface(j, t);
         segment_.enter(known_start_.before);
         segment_.choose_first_step();
         SurfaceSet<M> contact;
         contact.add(j);
         return judge(known_start_.before, contact, known_start_.guard);
+    }
+
+    /// Where h is zero to rounding, by rounding of the state at most: see `is_rounding`.
+    void put_on_known_surface(int j, const S& t) {
+        using std::abs;
+        const X x = segment_.x(), there = project(sys_, j, t, x, p_, segment_.scale());
+        const X f = mode_field(sys_, known_start_.before, t, x, p_);
+        if (is_rounding(x, there, f, t) ||
+            !(abs(switching(sys_, t, x, p_)[j]) <= rounding_band_along(sys_, j, t, x, p_, f)))
+            segment_.set_state(there);
     }
 
     /// The first event, also of a run that could not start; a section that is zero here is met
@@ -312,10 +322,10 @@ private:
         const S t = segment_.clock().local;
         const X& x = segment_.x();
         const X f = mode_field(sys_, segment_.mode(), t, x, p_);
-        const S rate = segment_.in_two_fold() ? S(0) : abs(normal_component(sys_, j, t, x, p_, f));
-        const S band = rounding_band(sys_, j, t, x, p_) + S(8) * ulp(t) * rate +
-                       S(1e-3) * change_over(sys_, j, t, x, p_, segment_.scale());
-        return abs(switching(sys_, t, x, p_)[j]) <= band;
+        const S rounding = segment_.in_two_fold() ? rounding_band(sys_, j, t, x, p_)
+                                                  : rounding_band_along(sys_, j, t, x, p_, f);
+        return abs(switching(sys_, t, x, p_)[j]) <=
+               rounding + S(1e-3) * change_over(sys_, j, t, x, p_, segment_.scale());
     }
 
     static std::string_view side_name(int side) {

@@ -91,6 +91,28 @@ Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, cons
     return {T(100 / std::sqrt(epsilon<double>)) * band / tau, band, both < infinity<W>()};
 }
 
+/// `from`, put on the surface where it may be moved: at a start by a tolerance, after a step as
+/// `Target::may_move` allows.
+/// @param landed    where `from` is the end of a step, at t
+/// @param rounding  of h
+template <class Sys, int W, int N>
+Vec<Lanes<W>, N> settled(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W, N>& from,
+                         const Lanes<W>& t, const LaneMask<W>& landed, const Lanes<W>& rounding) {
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    const Vec<T, N> lengths = scale(run.settings, from.x);
+    const Vec<T, N> there = project(run.sys, 0, t, from.x, g.p(), lengths);
+    const T h = switching(run.sys, t, from.x, g.p())[0];
+    Mask rounds(true), near = ~landed | (abs(h) > T(4) * rounding);
+    for (int i = 0; i < N; ++i) {
+        const T moved = abs(there[i] - from.x[i]);
+        const T tick = T(32) * abs(from.x[i]) + T(64) * abs(t * from.field[i]);
+        rounds = rounds & (moved <= T(epsilon<double>) * tick);
+        near = near & (moved <= lengths[i]);
+    }
+    return select_each(rounds | near, there, from.x);
+}
+
 /// What goes on from a point of the surface.
 template <int W, int N> struct Contact {
     Vec<Lanes<W>, N> x; ///< there
@@ -112,10 +134,10 @@ Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W
     const auto& p = g.p();
     const T t = g[time] + select(where, at.dt, T(0));
     Contact<W, N> c;
-    c.x = project(sys, 0, t, at.x, p, scale(run.settings, at.x));
+    const T rounding = rounding_band(sys, 0, t, at.x, p);
+    c.x = settled(run, g, at, t, where, rounding);
     c.h = switching(sys, t, c.x, p)[0];
     const Sides<Sys, T> b = both_sides(sys, Mode<1>{}, 0, t, c.x, p);
-    const T rounding = rounding_band(sys, 0, t, c.x, p);
     const Plainly<W> size = plainly(b, rounding, g[proposal]);
     const Mask up1 = b.l1 > T(0), up2 = b.l2 > T(0);
     c.w = b.l1 - b.l2;

@@ -48,6 +48,16 @@ S rounding_band(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
     return S(16 * epsilon<Real<S>>) * sum;
 }
 
+/// Size of h_j that rounding of x and t can make, and of the time at which a solution along `f` is
+/// there.
+template <class Sys, class S>
+S rounding_band_along(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
+                      const Params<Sys, S>& p, const State<Sys, S>& f) {
+    using std::abs;
+    return rounding_band(sys, j, t, x, p) +
+           S(8) * ulp(t) * abs(normal_component(sys, j, t, x, p, f));
+}
+
 /// How far h_j can change while each component of x changes by its length: sum_i |dh/dx_i| l_i.
 template <class Sys, class S>
 S change_over(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,

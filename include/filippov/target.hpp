@@ -108,9 +108,8 @@ private:
         const X f = at_.field(t, path.x1);
         if (is_rounding(x, path.x1, f, t))
             return true;
-        const S rate = abs(normal_component(at_.sys, surface(), t, x, at_.p, f));
-        const S band = rounding_band(at_.sys, surface(), t, x, at_.p) + S(8) * ulp(t) * rate;
-        return abs(h(t, x)) > band && is_near(x, path.x1, at_.scale);
+        return abs(h(t, x)) > rounding_band_along(at_.sys, surface(), t, x, at_.p, f) &&
+               is_near(x, path.x1, at_.scale);
     }
     template <class Path> bool flat_since(const Path& path, const S& theta, const X& x) const {
         using std::abs;
