@@ -10,7 +10,7 @@ that happen, and is off by at most 100 times what errors of a twentieth of the t
 step cause in the oracle. Where such errors change what happens, the run is delicate: it has to end,
 be finite and say ``ok`` or ``ambiguous``; of such problems nine in ten are left out.
 
-Usage: python strangers.py [--quick] [--runs N] [--family NAME] [--case NAME:NUMBER] [--first N]
+Usage: python strangers.py [--quick] [--problems N] [--family NAME] [--case NAME:NUMBER] [--first N]
                            [--processes N] [--show N] [--json FILE]
 """
 
@@ -919,6 +919,132 @@ def converter_family(number: int) -> Problem:
     )  # fmt: skip
 
 
+def end_family(number: int) -> Problem:
+    """x' = k (a - t) below zero and m (t - b) above: a slide ends by tangency at the first of a and
+    b, and at a mean of them, which may be near, its two fields are the same."""
+    d = Dice(number)
+    k, m = d.log(0.03, 30), d.log(0.03, 30)
+    t0 = d.one_of(0.0, d.uniform(0, 100))
+    a = t0 + d.uniform(0.2, 4)
+    b = a + d.sign() * d.log(1e-5, 2)
+    x0 = d.one_of(0.0, d.uniform(-1, 1))
+    source = (
+        f'f = fp.System("x", fields={{"-": lambda t, s, p: ({k!r}*({a!r} - t),), '
+        f'"+": lambda t, s, p: ({m!r}*(t - {b!r}),)}}, switch="x")'
+    )
+
+    def follow(start: Floats, t: float, end: float, nudge: Floats) -> Exactly:
+        x = float(start[0])
+        e = Exactly(np.array([x]), end, largest=abs(x))
+
+        def went(mode: int, x: float, since: float, to: float) -> float:
+            if mode < 0:
+                return x + k * ((a - since) ** 2 - (a - to) ** 2) / 2
+            return x + m * ((to - b) ** 2 - (since - b) ** 2) / 2
+
+        def meets(mode: int, x: float, since: float) -> float:
+            """When it comes to zero, as long as its field leads there."""
+            last, size = (a, k) if mode < 0 else (b, m)
+            left = (last - since) ** 2 - 2 * abs(x) / size
+            return last - math.sqrt(left) if left > 0 and since < last else math.inf
+
+        mode = int(np.sign(x)) if x else (0 if t < b else 1)
+        x += float(nudge[0]) if mode else 0.0
+        for _ in range(3):
+            at = min(a, b) if mode == 0 else meets(mode, x, t)
+            if not at < end:
+                break
+            before, t, x = mode, at, float(nudge[0])
+            if before == 0:
+                mode = -1 if a < b else 1
+            else:
+                up, down = t < a, t < b
+                mode = 0 if up and down else 1 if up else -1
+            e.changes.append((t, 0, mode))
+        e.z = np.array([went(mode, x, t, end) if mode else 0.0])
+        e.largest = max(e.largest, abs(float(e.z[0])))
+        return e
+
+    return Problem(
+        source, np.array([x0]), t0, max(a, b) + d.uniform(0.3, 3), np.ones(1), 1.0, 1.0, follow
+    )
+
+
+def counter_family(number: int) -> Problem:
+    """Neurons that fire at 1, come down by 1 and kick each other, and one that counts what they
+    fire: whatever lies beyond its limit fires, in any order."""
+    d = Dice(number)
+    n, K = d.one_of(1, 2, 3), d.one_of(4, 5, 7)
+    leak = np.array([d.one_of(0.0, d.uniform(0.1, 1)) for _ in range(n)])
+    rate = np.array([each * d.uniform(1.1, 3) if each else d.log(0.2, 3) for each in leak])
+    kick = np.array([[d.one_of(0.0, d.uniform(-0.2, 0.3)) for _ in range(n)] for _ in range(n + 1)])
+    kick[range(n), range(n)] = -1
+    limit = np.array([1.0] * n + [float(K)])
+    kick = np.column_stack([kick, [1.0] * n + [-float(K)]])
+    names = [*(f"x{i}" for i in range(n)), "c"]
+    jumps = (
+        ", ".join(
+            f'"{name}": ("{limit[j]!r} - {name}", lambda t, s, p: ('
+            + ", ".join(
+                f"s.{other} + {float(w)!r}" for other, w in zip(names, kick[j], strict=True)
+            )
+            + "))"
+            for j, name in enumerate(names)
+        )
+        .replace("np.float64(1.0)", "1.0")
+        .replace(f"np.float64({float(K)})", f"{float(K)}")
+    )
+    rates = ", ".join(f"{float(rate[i])!r} - {float(leak[i])!r}*s.x{i}" for i in range(n))
+    source = (
+        f'f = fp.system(state="{" ".join(names)}", jumps={{{jumps}}})(lambda t, s, p: ({rates}, 0))'
+    )
+
+    def moved(x: Floats, dt: float) -> Floats:
+        rest = np.divide(rate, leak, out=np.zeros(n), where=leak > 0)
+        y = x.copy()
+        y[:n] = np.where(leak > 0, rest + (x[:n] - rest) * np.exp(-leak * dt), x[:n] + rate * dt)
+        return y
+
+    def cascade(x: Floats, first: int, last: bool) -> tuple[Floats, list[int]]:
+        """What fires when one does; of several, the last or the first one."""
+        x, fires, fired = x.copy(), [first], []
+        while fires:
+            j = fires.pop(-1 if last else 0)
+            x += kick[j]
+            fired.append(j)
+            fires = [k for k in range(n + 1) if x[k] >= limit[k]]
+        return x, sorted(fired)
+
+    def follow(start: Floats, t: float, end: float, nudge: Floats) -> Exactly:
+        push = np.append(nudge[:n], 0.0)
+        x = np.array(start, dtype=float) + push
+        e = Exactly(x, end, largest=float(K))
+        while len(e.changes) < 2000:
+            with np.errstate(all="ignore"):
+                rest = rate / leak
+                late = np.where(
+                    leak > 0, np.log((x[:n] - rest) / (1 - rest)) / leak, (1 - x[:n]) / rate
+                )
+            i = int(np.argmin(late))
+            if not t + late[i] < end:
+                break
+            x, t = moved(x, float(late[i])) + push, t + float(late[i])
+            x[i] = 1.0
+            (x, fired), other = cascade(x, i, last=True), cascade(x, i, last=False)
+            if fired != other[1]:  # one that another holds back may fire before that
+                e.fate = "undecided"
+            e.changes += [(t, j, 2) for j in fired]
+        e.z = moved(x, end - t)
+        return e
+
+    x0 = np.append(d.random.uniform(0, 0.95, n), float(d.random.integers(K)))
+    span = d.uniform(3, 12) / float(np.max(rate))
+    return Problem(
+        source, x0, 0.0, span, np.ones(n + 1), 1.0, min(1.0, 1 / float(np.max(rate))), follow,
+        lanes=False, counts_jumps=True,
+    )  # fmt: skip
+
+
 def two_fold_family(number: int) -> Problem:
     """Slides to the folds and into the two-fold of two even fields."""
     d = Dice(number)
@@ -1015,6 +1141,8 @@ FAMILIES: dict[str, Callable[[int], Problem]] = {
     "several": several_family,
     "contacts": contact_family,
     "converters": converter_family,
+    "ends": end_family,
+    "counters": counter_family,
     "two-folds": two_fold_family,
 }
 
@@ -1050,6 +1178,8 @@ def changes_of(run: Any, problem: Problem) -> list[tuple[float, int, int]]:
                 elif m != before[j]:
                     told.append((float(e["t"]), j, m))
         before = after
+    if problem.counts_jumps:  # what is thrown at one time is so in any order
+        told.sort(key=lambda change: change[:2])
     return told
 
 
@@ -1315,6 +1445,96 @@ def try_diagram(number: int, talk: bool = False) -> Report:
     return report
 
 
+# --- formulas, far from where they are looked at ------------------------------------------------
+
+
+def formula(d: Dice, depth: int, pulses: bool = True) -> str:
+    """A formula of t, x and y whose functions bend anywhere within some hundreds of zero.
+
+    @pulses  of which numbers become zero where the formula is not"""
+    if depth == 0:
+        names = d.one_of(["x"], ["x"], ["y"], ["t"], ["x", "y"], ["x", "t"], ["x", "y", "t"])
+        terms = [
+            f"{d.sign() * d.log(0.1, 10)!r}*{name if name == 't' else 's.' + name}"
+            for name in names
+        ]
+        return "(" + " + ".join([*terms, repr(d.uniform(-400, 400) * d.one_of(0, 1, 1))]) + ")"
+    u = formula(d, depth - 1, pulses)
+    kind = d.one_of(
+        "tanh", "pulse" if pulses else "tanh", "well", "arctan", "sin", "sum", "product", "ratio"
+    )
+    if kind in ("sum", "product", "ratio"):
+        v = formula(d, d.one_of(depth - 1, 0), pulses)
+        if kind == "ratio":
+            return f"({u}/(1 + {v}**2))"
+        return f"({u} {'+' if kind == 'sum' else '*'} {v})"
+    return {
+        "tanh": f"np.tanh({u})",
+        "pulse": f"np.exp(-{u}**2)",
+        "well": f"(1/(1 + {u}**2))",
+        "arctan": f"np.arctan({u})",
+        "sin": f"np.sin({d.log(0.01, 2)!r}*{u})",
+    }[kind]
+
+
+def switched(d: Dice) -> str:
+    """A formula that has another form beyond some zeros."""
+    a, b = (formula(d, d.one_of(0, 1, 2)) for _ in range(2))
+    level = f"({formula(d, d.one_of(1, 2))} - {d.uniform(-1, 1)!r})"
+    switch = d.one_of(level, formula(d, 0), formula(d, 2, pulses=False))
+    return d.one_of(
+        f"{a}*np.sign({switch})",
+        f"np.where({switch} > 0, {a}, {b})",
+        f"np.abs({switch}) + {a}",
+        f"np.maximum({a}, {b})",
+        f"{a} + {b}*np.heaviside({switch}, 0.5)",
+    )
+
+
+def try_formulas(number: int, talk: bool = False) -> Report:
+    """The field of a definition, on the side where each point is, beside what was written."""
+    d = Dice(number)
+    parts = [switched(d) for _ in range(d.one_of(1, 1, 2))]
+    if d.chance(0.3):
+        parts[0] = f"{parts[0]} - {switched(d)}"
+    written = f"({', '.join(parts)},{'' if len(parts) == 2 else ' 0*s.y'})"
+    source = f'f = fp.system(state="x y")(lambda t, s, p: {written})'
+    if talk:
+        print(source)
+    report = Report()
+    space: dict[str, Any] = {"np": np, "fp": fp}
+    try:
+        exec(source, space)
+    except Exception as error:
+        report.counts["formulas", "definition", "wrong"] += 1
+        report.failures.append(f"--case formulas:{number}  definition: {error!r}"[:600])
+        return report
+    n = 600
+    wide = np.repeat([1.0, 30.0, 400.0], n // 3)
+    t = np.abs(wide * d.random.uniform(-1, 1, n))
+    x = wide * d.random.uniform(-1, 1, (2, n))
+    f = space["f"]
+    function = eval("lambda t, s: " + written, space)
+    with np.errstate(all="ignore"):
+        values = function(t, argparse.Namespace(x=x[0], y=x[1]))
+    right = np.array([np.broadcast_to(v, n) for v in values])
+    h = np.atleast_2d(f.h(t, x)) if f.surfaces else np.ones((0, n))
+    wrong = []
+    for i in range(n):
+        if not np.all(np.abs(h[:, i]) > 1e-9) or not np.all(np.isfinite(right[:, i])):
+            continue
+        side = [int(v) for v in np.sign(h[:, i])]
+        got = f.field(t[i], x[:, i], side if len(side) != 1 else side[0])
+        if not np.all(np.abs(got - right[:, i]) <= 1e-7 * (1 + np.abs(right[:, i]))):
+            wrong.append(f"{got} for {right[:, i]} at t = {t[i]!r}, {x[:, i]}")
+    report.counts["formulas", "regions", "wrong" if wrong else "right"] += 1
+    if wrong or talk:
+        report.failures.append(
+            f"--case formulas:{number}  {len(wrong)} of {n} points, {(wrong or ['right'])[0]}"
+        )
+    return report
+
+
 # --- how often a short visit beyond zero is missed ----------------------------------------------
 
 
@@ -1362,16 +1582,22 @@ def misses(n: int) -> None:
             print(f"| {swings or 'one bump'} | {method} | {row} |", flush=True)
 
 
-def one(job: tuple[str, int]) -> Report:
+#: Families without trajectories of their own.
+OTHERS = {"diagrams": try_diagram, "formulas": try_formulas}
+
+
+def one(job: tuple[str, int], talk: bool = False) -> Report:
     family, number = job
-    return try_diagram(number) if family == "diagrams" else try_problem(family, number)
+    if family in OTHERS:
+        return OTHERS[family](number, talk)
+    return try_problem(family, number, talk)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a few of each family")
     parser.add_argument("--problems", type=int, default=200, help="of each family")
-    parser.add_argument("--family", help="one only: " + ", ".join([*FAMILIES, "diagrams"]))
+    parser.add_argument("--family", help="one only: " + ", ".join([*FAMILIES, *OTHERS]))
     parser.add_argument("--first", type=int, default=0, help="number of the first problem")
     parser.add_argument("--case", help="one problem in detail, as reports name it: slides:17")
     parser.add_argument("--processes", type=int, default=1)
@@ -1387,13 +1613,10 @@ def main() -> int:
         return 0
     if args.case:
         family, number = args.case.rsplit(":", 1)
-        if family == "diagrams":
-            report = try_diagram(int(number), True)
-        else:
-            report = try_problem(family, int(number), True)
+        report = one((family, int(number)), talk=True)
         print("\n".join(report.failures))
         return int(any(key[2] == "wrong" for key in report.counts))
-    families = [args.family] if args.family else [*FAMILIES, "diagrams"]
+    families = [args.family] if args.family else [*FAMILIES, *OTHERS]
     n = 12 if args.quick else args.problems
     jobs = [(family, args.first + i) for family in families for i in range(n)]
     began = time.perf_counter()

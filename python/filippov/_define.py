@@ -458,7 +458,7 @@ def _moved_by_rounding(
             a = arguments.copy()
             a[j] *= scale
             moved.append(np.abs(_called(function, definition, float(a[0]), a[1:], p) - there))
-        total += np.maximum(*moved)
+        total += np.fmax(*moved)
     return total
 
 

@@ -60,8 +60,11 @@ def test_a_relay_is_followed_by_its_closed_form(strangers):
         "several",
         "contacts",
         "converters",
+        "ends",
+        "counters",
         "two-folds",
         "diagrams",
+        "formulas",
     ],
 )
 def test_no_run_is_wrong(strangers, family):

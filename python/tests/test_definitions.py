@@ -11,6 +11,7 @@ import pytest
 
 import filippov as fp
 from filippov import DefinitionError
+from filippov._define import Numbers, _moved_by_rounding
 
 
 def trace(function, state="x v", **how):
@@ -609,3 +610,18 @@ def test_not_a_function():
 def test_wrong_sides_are_refused(how, words):
     with pytest.raises((ValueError, TypeError), match=words):
         fp.System("x v", {"F": 1}, **how)
+
+
+def test_what_rounding_of_one_argument_moves_is_no_sign_of_chance():
+    # if x and y change by one factor, (x - y)**5 hardly does
+    u = 2.0**-30
+
+    def moved(function, x=1 + u):
+        definition = trace(lambda t, s, p: (s.y, 0 * s.x), state="x y")._definition
+        p = Numbers(tuple(definition.params), np.array(list(definition.params.values())))
+        return _moved_by_rounding(function, definition, 0.5, np.array([x, 1.0]), p)
+
+    by_rounding = moved(lambda t, s, p: ((s.x - s.y) ** 5, 0 * s.x))
+    assert by_rounding[0] == pytest.approx(10 * 2.0**-51 * u**4, rel=1e-3)
+    assert by_rounding[1] == 0
+    assert np.all(np.isnan(moved(lambda t, s, p: (random.random(), random.random()))))
