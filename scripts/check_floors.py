@@ -22,6 +22,7 @@ FLOORS: list[list[str]] = [
     [
         "version",
         "config",
+        "refuse",
         "scalar",
         "elementary",
         "lanes",
@@ -29,6 +30,7 @@ FLOORS: list[list[str]] = [
         "dual",
         "status",
         "parallel",
+        "statistics",
         "smooth_law",
         "elimination",
         "external",
@@ -108,7 +110,6 @@ FLOORS: list[list[str]] = [
     ],
     # 5: maps and orbits
     [
-        "statistics",
         "repeats",
         "diagram",
         "system_interface",

@@ -3,11 +3,10 @@
 #pragma once
 
 #include <filippov/mode.hpp>
+#include <filippov/refuse.hpp>
 
 #include <concepts>
-#include <cstdio>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <type_traits>
 
@@ -36,29 +35,6 @@ template <class S, int N> struct Settings {
 };
 
 namespace detail {
-
-/// Throws std::invalid_argument with "argument = value: expectation".
-template <class Number>
-[[noreturn]] void refuse(const std::string& argument, Number value,
-                         const std::string& expectation) {
-    char digits[40];
-    std::snprintf(digits, sizeof digits, "%Lg", static_cast<long double>(value));
-    throw std::invalid_argument("filippov: " + argument + " = " + digits + ": " + expectation);
-}
-inline void require_positive(const std::string& argument, long long n) {
-    if (!(n > 0))
-        refuse(argument, n, "expected an integer > 0");
-}
-/// Of what may be an empty std::function.
-template <class F> void require_callable(const std::string& argument, const F& f) {
-    if constexpr (requires {
-                      static_cast<bool>(f);
-                      f == nullptr;
-                  })
-        if (f == nullptr)
-            throw std::invalid_argument("filippov: " + argument +
-                                        ": expected a function, not an empty one");
-}
 
 /// See GivenParams.
 template <class Sys, class S> class ParamsArgument {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <filippov/derivatives.hpp>
-#include <filippov/settings.hpp>
+#include <filippov/refuse.hpp>
 #include <filippov/smooth_law.hpp>
 
 #include <limits>

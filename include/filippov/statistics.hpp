@@ -2,7 +2,7 @@
 // Lines through points, spreads, and random numbers.
 #pragma once
 
-#include <filippov/settings.hpp>
+#include <filippov/refuse.hpp>
 
 #include <algorithm>
 #include <cmath>
