@@ -8,9 +8,9 @@
 
 #include "measure.hpp"
 
-#include <filippov/any_system.hpp>
-#include <filippov/bifurcation_set.hpp>
+#include <filippov/continuation/bifurcation_set.hpp>
 #include <filippov/models/oscillator.hpp>
+#include <filippov/orbits/any_system.hpp>
 
 #include <cmath>
 #include <cstdio>

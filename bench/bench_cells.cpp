@@ -11,8 +11,8 @@
 #include "rivals/hand_loop.hpp"
 #include "rivals/reference_oscillator.hpp"
 
-#include <filippov/cells.hpp>
-#include <filippov/ensemble.hpp>
+#include <filippov/basins/cells.hpp>
+#include <filippov/ensemble/ensemble.hpp>
 #include <filippov/models/oscillator.hpp>
 
 #include <atomic>

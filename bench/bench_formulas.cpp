@@ -10,9 +10,9 @@
 #include "../tests/formulas.hpp"
 #include "measure.hpp"
 
-#include <filippov/dormand_prince5.hpp>
-#include <filippov/ensemble.hpp>
-#include <filippov/trajectory.hpp>
+#include <filippov/engine/trajectory.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/methods/dormand_prince5.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -21,17 +21,17 @@
 #include "rivals/sundials_loop.hpp"
 #endif
 
-#include <filippov/dormand_prince8.hpp>
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/engine/time_stepping.hpp>
+#include <filippov/methods/dormand_prince8.hpp>
+#include <filippov/methods/rodas5p.hpp>
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
 #include <filippov/models/stiff_relay.hpp>
 #include <filippov/models/unit_circle.hpp>
-#include <filippov/rodas5p.hpp>
-#include <filippov/smoothing.hpp>
-#include <filippov/time_stepping.hpp>
+#include <filippov/system/smoothing.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -9,8 +9,8 @@
 
 #include "measure.hpp"
 
-#include <filippov/flow.hpp>
-#include <filippov/rodas5p.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/methods/rodas5p.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -7,8 +7,8 @@
 #include "measure.hpp"
 #include "rivals/hand_loop.hpp"
 
-#include <filippov/diagram.hpp>
 #include <filippov/models/oscillator.hpp>
+#include <filippov/orbits/diagram.hpp>
 
 #include <cmath>
 #include <cstdio>

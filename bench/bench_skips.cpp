@@ -4,9 +4,9 @@
 
 #include "measure.hpp"
 
-#include <filippov/ensemble.hpp>
+#include <filippov/engine/trajectory.hpp>
+#include <filippov/ensemble/ensemble.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/trajectory.hpp>
 
 #include <cmath>
 #include <cstdio>

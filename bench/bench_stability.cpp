@@ -10,9 +10,9 @@
 #include "stability/drift.hpp"
 #include "stability/report.hpp"
 
-#include <filippov/dormand_prince8.hpp>
-#include <filippov/parallel.hpp>
-#include <filippov/rodas5p.hpp>
+#include <filippov/core/parallel.hpp>
+#include <filippov/methods/dormand_prince8.hpp>
+#include <filippov/methods/rodas5p.hpp>
 
 #include <algorithm>
 #include <cstdio>

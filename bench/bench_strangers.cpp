@@ -7,7 +7,7 @@
 #include "strangers/judge.hpp"
 #include "strangers/misses.hpp"
 
-#include <filippov/parallel.hpp>
+#include <filippov/core/parallel.hpp>
 
 #include <algorithm>
 #include <cstdio>

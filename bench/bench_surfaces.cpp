@@ -6,7 +6,7 @@
 
 #include "measure.hpp"
 
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 #include <filippov/models/blocks.hpp>
 
 #include <cmath>

@@ -8,7 +8,7 @@
 #include "rivals/hand_loop.hpp"
 #include "rivals/reference_oscillator.hpp"
 
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 #include <filippov/models/oscillator.hpp>
 
 #include <cmath>

@@ -2,9 +2,9 @@
 // What bench_methods runs: problems with known ends, and methods at their settings.
 #pragma once
 
+#include <filippov/core/status.hpp>
 #include <filippov/models/dieci_lopez.hpp>
-#include <filippov/status.hpp>
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 #include <cmath>
 #include <functional>

@@ -4,10 +4,10 @@
 
 #include "measure.hpp"
 
-#include <filippov/any_system.hpp>
-#include <filippov/basins.hpp>
+#include <filippov/basins/basins.hpp>
+#include <filippov/basins/refine.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/refine.hpp>
+#include <filippov/orbits/any_system.hpp>
 
 #include <nlohmann/json.hpp>
 

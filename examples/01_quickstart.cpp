@@ -4,7 +4,7 @@
 // A block on a belt with speed V, held by a spring and driven by A cos(omega t), once gently and
 // once hard: the last six events after 120 forcing periods.
 
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 #include <filippov/models/oscillator.hpp>
 
 #include <cstdio>

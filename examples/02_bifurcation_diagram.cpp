@@ -4,8 +4,8 @@
 // The phase at which the block begins to slip, over the frequency of the drive: 200 forcing periods
 // to settle, 1000 to look at.
 
-#include <filippov/diagram.hpp>
 #include <filippov/models/oscillator.hpp>
+#include <filippov/orbits/diagram.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 // The numbers of the chapter's bifurcations, computed on three routes: the 8th- and the 5th-order
 // pair, and a looser tolerance. "ok" where all of them agree to one unit in the eleventh digit.
 
-#include <filippov/any_system.hpp>
-#include <filippov/bifurcation_set.hpp>
+#include <filippov/continuation/bifurcation_set.hpp>
 #include <filippov/models/oscillator.hpp>
+#include <filippov/orbits/any_system.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Check the floors of ``include/filippov``.
 
-A header includes headers of lower floors, or of its own floor as long as there is no cycle; beyond
-that only Eigen and the standard library, and of Eigen the solvers that it names. Each header has
-its SPDX line and ``#pragma once``.
+Each folder is on a floor. A header includes headers of folders on lower floors, but for what is in
+their ``detail``, or of its own folder as long as there is no cycle; beyond that only Eigen and the
+standard library, and of Eigen the solvers that it names. Each header has its SPDX line and
+``#pragma once``, each folder a ``README.md``.
 
 The folder to check is the first argument, by default the library's own.
 """
@@ -15,167 +16,27 @@ import re
 import sys
 from pathlib import Path
 
-# The floors, from the ground up: names of headers below include/filippov, without ".hpp".
-# "models/*" stands for every header of that folder. A header that is not listed is an error.
-FLOORS: list[list[str]] = [
-    # 0: ground
-    [
-        "version",
-        "config",
-        "refuse",
-        "scalar",
-        "elementary",
-        "lanes",
-        "taylor",
-        "dual",
-        "status",
-        "parallel",
-        "statistics",
-        "smooth_law",
-        "elimination",
-        "external",
-        "value_range",
-        "expression",
-        "terms",
-        "sample_points",
-        "tape",
-        "tape_writer",
-    ],
-    # 1: what a system is
+# The floors, from the ground up: folders below include/filippov. Folders of one floor do not know
+# each other. What is directly in include/filippov stands on all of them, but for the version.
+FLOORS = [
+    ["core"],
     ["system"],
-    # 2: geometry at the surface
-    [
-        "derivatives",
-        "surface",
-        "sliding",
-        "regions",
-        "blend",
-        "intersection",
-        "mode",
-        "junction",
-        "split",
-        "switch_formulas",
-        "tape_system",
-    ],
-    # 3: integration
-    [
-        "runge_kutta",
-        "dormand_prince5",
-        "dormand_prince8",
-        "rosenbrock",
-        "rodas5p",
-        "control",
-        "roots",
-    ],
-    # 4: trajectories
-    [
-        "clock",
-        "event",
-        "guards",
-        "landing",
-        "lost_surface",
-        "two_fold",
-        "accumulation",
-        "counters",
-        "settings",
-        "arguments",
-        "smoothing",
-        "time_stepping",
-        "observers",
-        "report",
-        "place",
-        "watch",
-        "target",
-        "probed_field",
-        "paths",
-        "first_step",
-        "segment",
-        "flow",
-        "flow_result",
-        "variation",
-        "trajectory",
-        "all_branches",
-        "lane_guards",
-        "population",
-        "lane_group",
-        "lane_step",
-        "lane_landing",
-        "lane_slip",
-        "lane_slides",
-        "lane_flow",
-        "ensemble",
-        "any_scalar",
-        "any_lanes",
-        "seam",
-    ],
-    # 5: maps and orbits
-    [
-        "repeats",
-        "diagram",
-        "system_interface",
-        "discrete",
-        "sampled_minima",
-        "any_system",
-        "maps",
-        "map_graph",
-        "lyapunov",
-        "word",
-        "shooting",
-        "arclength",
-        "floquet",
-        "orbit",
-        "geometry",
-        "bifurcation",
-        "continuation",
-        "sliding_point",
-        "multiplier_tests",
-        "branch_place",
-        "word_change",
-        "smooth_points",
-        "branch",
-        "curve_start",
-        "curve_place",
-        "degenerate_points",
-        "double_bifurcations",
-        "curve",
-        "bifurcation_set",
-    ],
-    # 6: cells and basins
-    [
-        "strobe_cycle",
-        "cells",
-        "quad_tree",
-        "refine",
-        "label_grid",
-        "basin_fractions",
-        "basin_entropy",
-        "uncertainty_exponent",
-        "box_dimension",
-        "attractor_match",
-        "basin_numbers",
-        "cubic_map",
-        "exit_basins",
-        "exit_search",
-        "exit_attractors",
-        "exit_ends",
-        "quotient",
-        "picture",
-        "labels",
-        "attractors",
-        "exit_lookup",
-        "basins",
-        "brackets",
-        "contours",
-        "corners",
-        "boundary",
-        "unstable_set",
-    ],
-    # 7: top
-    ["models/*", "filippov", "gsl/*"],
+    ["sliding"],
+    ["formulas", "methods"],
+    ["run"],
+    ["events"],
+    ["engine"],
+    ["ensemble", "orbits"],
+    ["continuation", "basins"],
+    ["models", "gsl"],
 ]
+GROUND, TOP = -1, len(FLOORS)
 
 # Headers of the system that one header alone may include, where they exist.
-SYSTEM: dict[str, set[str]] = {"parallel": {"omp.h", "unistd.h"}, "lanes": {"immintrin.h"}}
+SYSTEM: dict[str, set[str]] = {
+    "core/parallel": {"omp.h", "unistd.h"},
+    "core/lanes": {"immintrin.h"},
+}
 
 # Folders whose headers include another library's, and which no header includes.
 FOREIGN = {"gsl/": "gsl/"}
@@ -193,13 +54,31 @@ SOLVERS = {
 }
 
 
+def folder_of(name: str) -> str:
+    """Return the folder of a header, "" for what is directly in the library."""
+    return name.partition("/")[0] if "/" in name else ""
+
+
 def floor_of(name: str) -> int | None:
-    """Return the floor of a header, None if it is not in the table."""
-    folder = name.rpartition("/")[0] + "/*"
-    for floor, names in enumerate(FLOORS):
-        if name in names or folder in names:
-            return floor
-    return None
+    """Return the floor of a header, None if its folder is on none."""
+    folder = folder_of(name)
+    if not folder:
+        return GROUND if name == "version" else TOP
+    return next((floor for floor, each in enumerate(FLOORS) if folder in each), None)
+
+
+def wrong_include(name: str, other: str) -> str:
+    """Return what is wrong with a header that includes another one of the library's."""
+    here, there = floor_of(name), floor_of(other)
+    if there is None:
+        return f"includes <filippov/{other}.hpp>, whose folder is on no floor"
+    if folder_of(other) == folder_of(name) or here is None:
+        return ""
+    if there >= here:
+        return f"(floor {here}) includes <filippov/{other}.hpp> (floor {there})"
+    if "/detail/" in other:
+        return f"includes <filippov/{other}.hpp>, which is private to {folder_of(other)}"
+    return ""
 
 
 def find_cycle(graph: dict[str, list[str]]) -> list[str]:
@@ -224,11 +103,10 @@ def find_cycle(graph: dict[str, list[str]]) -> list[str]:
 
 def check_header(name: str, text: str) -> tuple[list[str], list[str]]:
     """Return the names of the library's headers that this one includes, and what is wrong."""
-    floor = floor_of(name)
     errors: list[str] = []
     included: list[str] = []
-    if floor is None:
-        errors.append("is on no floor: add it to FLOORS in scripts/check_floors.py")
+    if floor_of(name) is None:
+        errors.append("is in a folder on no floor: add it to FLOORS in scripts/check_floors.py")
     if "// SPDX-License-Identifier: BSD-3-Clause" not in text:
         errors.append("has no SPDX line")
     if "#pragma once" not in text:
@@ -239,12 +117,9 @@ def check_header(name: str, text: str) -> tuple[list[str], list[str]]:
             errors.append(f'includes "{path}": write <filippov/...>')
         elif path.startswith("filippov/"):
             other = path.removeprefix("filippov/").removesuffix(".hpp")
-            other_floor = floor_of(other)
             included.append(other)
-            if other_floor is None:
-                errors.append(f"includes <{path}>, which is on no floor")
-            elif floor is not None and other_floor > floor:
-                errors.append(f"(floor {floor}) includes <{path}> (floor {other_floor})")
+            if wrong := wrong_include(name, other):
+                errors.append(wrong)
         elif any(name.startswith(a) and path.startswith(b) for a, b in FOREIGN.items()):
             continue
         elif "/" in path and not path.startswith(("Eigen/", "unsupported/Eigen/", "experimental/")):
@@ -267,6 +142,11 @@ def check(folder: Path) -> list[str]:
         name = header.relative_to(folder).with_suffix("").as_posix()
         graph[name], wrong = check_header(name, header.read_text(encoding="utf-8"))
         errors += [f"{name}.hpp {words}" for words in wrong]
+    errors += [
+        f"{each.name}/ has no README.md"
+        for each in sorted(folder.iterdir())
+        if each.is_dir() and not (each / "README.md").is_file()
+    ]
     for name, included in graph.items():
         errors += [
             f"{name}.hpp includes <filippov/{other}.hpp>, which does not exist"

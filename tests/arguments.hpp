@@ -3,23 +3,23 @@
 // Catch2, which no memory sanitizer has seen: test_arguments.cpp and memory/main.cpp run it.
 #pragma once
 
-#include <filippov/all_branches.hpp>
-#include <filippov/any_system.hpp>
-#include <filippov/branch.hpp>
-#include <filippov/cells.hpp>
-#include <filippov/curve.hpp>
-#include <filippov/diagram.hpp>
-#include <filippov/ensemble.hpp>
-#include <filippov/geometry.hpp>
-#include <filippov/lyapunov.hpp>
-#include <filippov/maps.hpp>
+#include <filippov/basins/cells.hpp>
+#include <filippov/continuation/branch.hpp>
+#include <filippov/continuation/curve.hpp>
+#include <filippov/engine/all_branches.hpp>
+#include <filippov/engine/time_stepping.hpp>
+#include <filippov/engine/variation.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/formulas/tape_system.hpp>
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/orbit.hpp>
-#include <filippov/smoothing.hpp>
-#include <filippov/tape_system.hpp>
-#include <filippov/time_stepping.hpp>
-#include <filippov/variation.hpp>
+#include <filippov/orbits/any_system.hpp>
+#include <filippov/orbits/diagram.hpp>
+#include <filippov/orbits/geometry.hpp>
+#include <filippov/orbits/lyapunov.hpp>
+#include <filippov/orbits/maps.hpp>
+#include <filippov/orbits/orbit.hpp>
+#include <filippov/system/smoothing.hpp>
 
 #ifdef __has_feature
 #if __has_feature(memory_sanitizer)

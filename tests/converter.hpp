@@ -3,7 +3,7 @@
 // test.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 /// @tparam P  parameters, of which E is the first
 template <int P> struct Converter {

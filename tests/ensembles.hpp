@@ -4,9 +4,9 @@
 
 #include "catch.hpp"
 
-#include <filippov/ensemble.hpp>
+#include <filippov/ensemble/ensemble.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/observers.hpp>
+#include <filippov/run/observers.hpp>
 
 #include <algorithm>
 #include <bit>

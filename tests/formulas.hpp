@@ -2,8 +2,8 @@
 // Systems of formulas for tests.
 #pragma once
 
+#include <filippov/formulas/tape_system.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/tape_system.hpp>
 
 #include <memory>
 #include <vector>

@@ -4,7 +4,7 @@
 
 #include "catch.hpp"
 
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 #include <string>
 #include <string_view>

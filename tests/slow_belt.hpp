@@ -2,8 +2,8 @@
 // A forced block on a belt that is slow.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Stiff Filippov systems.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 /// A relay behind a fast actuator: x'' = -x - x'/5 + w/2 + 2 cos(2t), epsilon w' = -sign(x) - w.
 /// After each switch w settles within some epsilon.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "systems.hpp"
 
-#include <filippov/any_system.hpp>
 #include <filippov/models/dieci_lopez.hpp>
 #include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
+#include <filippov/orbits/any_system.hpp>
 
 using namespace filippov;
 

@@ -2,7 +2,7 @@
 // Systems for tests of the analysis, compiled once for all of them.
 #pragma once
 
-#include <filippov/system_interface.hpp>
+#include <filippov/orbits/system_interface.hpp>
 
 #include <memory>
 

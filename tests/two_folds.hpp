@@ -2,7 +2,7 @@
 // Slides near two-folds in normal form, in disguise, and what they do by the desingularised field.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 #include <array>
 #include <cmath>

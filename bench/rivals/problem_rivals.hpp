@@ -8,7 +8,7 @@
 #include <filippov/models/relay.hpp>
 #include <filippov/models/stiff_relay.hpp>
 #include <filippov/models/unit_circle.hpp>
-#include <filippov/smoothing.hpp>
+#include <filippov/system/smoothing.hpp>
 
 namespace filippov::bench {
 

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <filippov/sliding.hpp>
+#include <filippov/sliding/sliding.hpp>
 
 #include <algorithm>
 #include <array>

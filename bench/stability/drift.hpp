@@ -2,7 +2,7 @@
 // A slide that lasts thousands of turns and whose energy and phase are known: what drifts?
 #pragma once
 
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 #include <cmath>
 #include <numbers>

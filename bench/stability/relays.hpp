@@ -2,7 +2,7 @@
 // Random relay systems, disguised: what the engine is given.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 #include <Eigen/QR>
 

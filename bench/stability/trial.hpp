@@ -6,10 +6,10 @@
 #include "exact.hpp"
 #include "report.hpp"
 
-#include <filippov/dormand_prince8.hpp>
-#include <filippov/ensemble.hpp>
-#include <filippov/flow.hpp>
-#include <filippov/rodas5p.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/methods/dormand_prince8.hpp>
+#include <filippov/methods/rodas5p.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 
 #include "wave.hpp"
 
-#include <filippov/status.hpp>
+#include <filippov/core/status.hpp>
 
 #include <array>
 #include <memory>

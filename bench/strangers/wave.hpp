@@ -3,8 +3,8 @@
 // problems of this campaign.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/scalar.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/core/scalar.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -5,11 +5,14 @@
 // its own: they take ten times as long to compile.
 #pragma once
 
-#include <filippov/basin_numbers.hpp>
-#include <filippov/cells.hpp>
-#include <filippov/diagram.hpp>
-#include <filippov/ensemble.hpp>
-#include <filippov/flow.hpp>
+#include <filippov/basins/basin_numbers.hpp>
+#include <filippov/basins/cells.hpp>
+#include <filippov/basins/refine.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/engine/time_stepping.hpp>
+#include <filippov/engine/trajectory.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/methods/rodas5p.hpp>
 #include <filippov/models/belt.hpp>
 #include <filippov/models/coulomb.hpp>
 #include <filippov/models/dieci_lopez.hpp>
@@ -18,9 +21,6 @@
 #include <filippov/models/relay.hpp>
 #include <filippov/models/stiff_relay.hpp>
 #include <filippov/models/unit_circle.hpp>
-#include <filippov/refine.hpp>
-#include <filippov/rodas5p.hpp>
-#include <filippov/smoothing.hpp>
-#include <filippov/time_stepping.hpp>
-#include <filippov/trajectory.hpp>
+#include <filippov/orbits/diagram.hpp>
+#include <filippov/system/smoothing.hpp>
 #include <filippov/version.hpp>

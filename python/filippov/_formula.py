@@ -291,8 +291,8 @@ _CPP_HEAD = """\
 // {name}: written by filippov {version}.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 #include <array>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_basins.hpp"
 
-#include <filippov/basin_numbers.hpp>
-#include <filippov/refine.hpp>
+#include <filippov/basins/basin_numbers.hpp>
+#include <filippov/basins/refine.hpp>
 
 namespace filippov::python {
 

@@ -4,7 +4,7 @@
 
 #include "bind_cells.hpp"
 
-#include <filippov/basins.hpp>
+#include <filippov/basins/basins.hpp>
 
 #include <algorithm>
 #include <functional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_basins.hpp"
 
-#include <filippov/unstable_set.hpp>
+#include <filippov/basins/unstable_set.hpp>
 
 namespace filippov::python {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind_cells.hpp"
 
-#include <filippov/maps.hpp>
+#include <filippov/orbits/maps.hpp>
 
 namespace filippov::python {
 

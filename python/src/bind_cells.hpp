@@ -4,7 +4,7 @@
 
 #include "bind_lanes.hpp"
 
-#include <filippov/cells.hpp>
+#include <filippov/basins/cells.hpp>
 
 #include <cstdint>
 #include <tuple>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "compiled_model.hpp"
 
-#include <filippov/intersection.hpp>
 #include <filippov/models/dieci_lopez.hpp>
+#include <filippov/sliding/intersection.hpp>
 
 namespace filippov::python {
 

@@ -2,8 +2,8 @@
 #include "bind.hpp"
 #include "tape_model.hpp"
 
-#include <filippov/switch_formulas.hpp>
-#include <filippov/time_stepping.hpp>
+#include <filippov/engine/time_stepping.hpp>
+#include <filippov/formulas/switch_formulas.hpp>
 
 #include <algorithm>
 #include <array>

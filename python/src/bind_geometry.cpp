@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
 
-#include <filippov/geometry.hpp>
+#include <filippov/orbits/geometry.hpp>
 
 #include <pybind11/complex.h>
 

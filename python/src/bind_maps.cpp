@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
 
-#include <filippov/lyapunov.hpp>
-#include <filippov/map_graph.hpp>
+#include <filippov/orbits/lyapunov.hpp>
+#include <filippov/orbits/map_graph.hpp>
 
 namespace filippov::python {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
 
-#include <filippov/bifurcation_set.hpp>
+#include <filippov/continuation/bifurcation_set.hpp>
 
 #include <pybind11/complex.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
 
-#include <filippov/event.hpp>
-#include <filippov/status.hpp>
+#include <filippov/core/status.hpp>
+#include <filippov/run/event.hpp>
 
 namespace filippov::python {
 

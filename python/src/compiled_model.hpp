@@ -4,11 +4,11 @@
 
 #include "model.hpp"
 
-#include <filippov/all_branches.hpp>
-#include <filippov/any_system.hpp>
-#include <filippov/diagram.hpp>
-#include <filippov/rodas5p.hpp>
-#include <filippov/trajectory.hpp>
+#include <filippov/engine/all_branches.hpp>
+#include <filippov/engine/trajectory.hpp>
+#include <filippov/methods/rodas5p.hpp>
+#include <filippov/orbits/any_system.hpp>
+#include <filippov/orbits/diagram.hpp>
 
 #include <algorithm>
 #include <string>

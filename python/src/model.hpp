@@ -3,9 +3,9 @@
 // knows pybind11, so that a model's translation unit compiles the engine and nothing else.
 #pragma once
 
-#include <filippov/any_lanes.hpp>
-#include <filippov/parallel.hpp>
-#include <filippov/system_interface.hpp>
+#include <filippov/core/parallel.hpp>
+#include <filippov/ensemble/any_lanes.hpp>
+#include <filippov/orbits/system_interface.hpp>
 
 #include <array>
 #include <functional>

@@ -6,7 +6,7 @@
 #include "lanes/lanes.hpp"
 #include "model.hpp"
 
-#include <filippov/tape_system.hpp>
+#include <filippov/formulas/tape_system.hpp>
 
 #include <memory>
 

@@ -5,7 +5,7 @@ Systems are typed as a user would type them.
 
 Elsewhere: H41 in test_bad_input.py and test_wrong_calls.py. Not from Python: the fifty components
 of H39, since a definition has at most 32, and H27's million of periods, which take too long here:
-there are ten thousand (tests/test_hard_cases_limits.cpp has both).
+there are ten thousand (tests/engine/test_hard_cases_limits.cpp has both).
 """
 
 import math

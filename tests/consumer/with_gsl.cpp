@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filippov/gsl/ode.hpp>
 #include <filippov/models/oscillator.hpp>
-#include <filippov/smoothing.hpp>
+#include <filippov/system/smoothing.hpp>
 
 int main() {
     using namespace filippov;

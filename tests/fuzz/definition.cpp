@@ -8,12 +8,12 @@
 // true, the same again to the bit, in lanes too.
 #include "check.hpp"
 
-#include <filippov/dormand_prince8.hpp>
-#include <filippov/ensemble.hpp>
-#include <filippov/flow.hpp>
-#include <filippov/rodas5p.hpp>
-#include <filippov/switch_formulas.hpp>
-#include <filippov/tape_system.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/formulas/switch_formulas.hpp>
+#include <filippov/formulas/tape_system.hpp>
+#include <filippov/methods/dormand_prince8.hpp>
+#include <filippov/methods/rodas5p.hpp>
 
 #include <algorithm>
 #include <cmath>

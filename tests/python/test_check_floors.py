@@ -17,46 +17,72 @@ def check(folder):
 
 @pytest.fixture
 def house(tmp_path):
-    for name in ("version", "scalar", "system", "sliding"):
-        (tmp_path / f"{name}.hpp").write_text(HEAD)
+    for name in ("version", "core/scalar", "core/dual", "core/detail/bits", "system/system"):
+        header = tmp_path / f"{name}.hpp"
+        header.parent.mkdir(parents=True, exist_ok=True)
+        header.write_text(HEAD)
+    for folder in ("core", "system"):
+        (tmp_path / folder / "README.md").write_text("what it is")
     return tmp_path
 
 
 def test_lower_floors_third_party_and_std_are_accepted(house):
-    (house / "system.hpp").write_text(
-        HEAD + "#include <filippov/scalar.hpp>\n#include <Eigen/Core>\n#include <array>\n"
+    (house / "system/system.hpp").write_text(
+        HEAD
+        + "#include <filippov/core/scalar.hpp>\n#include <filippov/version.hpp>\n"
+        + "#include <Eigen/Core>\n#include <array>\n"
     )
+    (house / "core/scalar.hpp").write_text(HEAD + "#include <filippov/core/detail/bits.hpp>\n")
+    (house / "filippov.hpp").write_text(HEAD + "#include <filippov/system/system.hpp>\n")
     assert check(house).returncode == 0
 
 
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("scalar", HEAD + "#include <filippov/system.hpp>\n", "(floor 0) includes"),
-        ("scalar", HEAD + "#  include <filippov/system.hpp>\n", "(floor 0) includes"),
-        ("scalar", HEAD + '#include "version.hpp"\n', "write <filippov/...>"),
-        ("scalar", HEAD + "#include <gsl/gsl_math.h>\n", "only Eigen and the standard library"),
-        ("scalar", HEAD + "#include <math.h>\n", "no header of the C++ standard library"),
-        ("scalar", HEAD + "#include <omp.h>\n", "no header of the C++ standard library"),
-        ("scalar", HEAD + "auto x = A.partialPivLu().solve(b);\n", "uses what <Eigen/LU> declares"),
-        ("scalar", HEAD + "#include <filippov/scalar.hpp>\n", "scalar -> scalar"),
-        ("sliding", HEAD + "#include <filippov/mode.hpp>\n", "does not exist"),
-        ("shortcut", HEAD, "is on no floor"),
-        ("scalar", "#pragma once\n", "no SPDX line"),
-        ("scalar", "// SPDX-License-Identifier: BSD-3-Clause\n", "no #pragma once"),
+        ("core/scalar", "#include <filippov/system/system.hpp>", "(floor 0) includes"),
+        ("core/scalar", "#  include <filippov/system/system.hpp>", "(floor 0) includes"),
+        ("core/scalar", "#include <filippov/filippov.hpp>", "(floor 0) includes"),
+        ("methods/step", "#include <filippov/formulas/tape.hpp>", "(floor 3) includes"),
+        ("system/system", "#include <filippov/core/detail/bits.hpp>", "private to core"),
+        ("core/scalar", '#include "version.hpp"', "write <filippov/...>"),
+        ("core/scalar", "#include <gsl/gsl_math.h>", "only Eigen and the standard library"),
+        ("core/scalar", "#include <math.h>", "no header of the C++ standard library"),
+        ("core/scalar", "#include <omp.h>", "no header of the C++ standard library"),
+        ("core/scalar", "auto x = A.partialPivLu().solve(b);", "uses what <Eigen/LU> declares"),
+        ("core/scalar", "#include <filippov/core/scalar.hpp>", "core/scalar -> core/scalar"),
+        ("system/system", "#include <filippov/core/taylor.hpp>", "does not exist"),
+        ("system/system", "#include <filippov/attic/box.hpp>", "whose folder is on no floor"),
+        ("attic/box", "", "is in a folder on no floor"),
+        ("run/clock", "", "run/ has no README.md"),
     ],
 )
 def test_a_violation_is_named(house, name, text, words):
-    (house / f"{name}.hpp").write_text(text)
+    header = house / f"{name}.hpp"
+    header.parent.mkdir(exist_ok=True)
+    header.write_text(HEAD + text + "\n")
     ran = check(house)
     assert ran.returncode == 1
     assert words in ran.stdout
 
 
-def test_a_cycle_on_one_floor_is_named(house):
-    (house / "version.hpp").write_text(HEAD + "#include <filippov/scalar.hpp>\n")
-    (house / "scalar.hpp").write_text(HEAD + "#include <filippov/version.hpp>\n")
-    assert "include each other: scalar -> version -> scalar" in check(house).stdout
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("#pragma once\n", "no SPDX line"),
+        ("// SPDX-License-Identifier: BSD-3-Clause\n", "no #pragma once"),
+    ],
+)
+def test_a_head_that_lacks_something_is_named(house, text, words):
+    (house / "core/scalar.hpp").write_text(text)
+    assert words in check(house).stdout
+
+
+def test_a_cycle_in_a_folder_is_named(house):
+    (house / "core/dual.hpp").write_text(HEAD + "#include <filippov/core/scalar.hpp>\n")
+    (house / "core/scalar.hpp").write_text(HEAD + "#include <filippov/core/dual.hpp>\n")
+    words = "include each other: core/dual -> core/scalar -> core/dual"
+    assert words in check(house).stdout
 
 
 def test_an_empty_folder_is_an_error(tmp_path):

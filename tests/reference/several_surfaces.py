@@ -236,7 +236,7 @@ HEAD = """\
 // Made by several_surfaces.py: do not edit.
 #pragma once
 
-#include <filippov/event.hpp>
+#include <filippov/run/event.hpp>
 
 #include <array>
 

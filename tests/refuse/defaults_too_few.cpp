@@ -1,5 +1,5 @@
 // expect: `defaults` needs one value for each of `params`
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 #include <array>
 #include <string_view>

@@ -1,5 +1,5 @@
 // expect: filippov: a system needs `static constexpr int dim` >= 1
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 struct DimZero {
     static constexpr int dim = 0;

@@ -1,5 +1,5 @@
 // expect: return exactly Vec<S, dim>, not an Eigen expression
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

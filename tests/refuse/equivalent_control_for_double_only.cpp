@@ -1,5 +1,5 @@
 // expect: filippov: `equivalent_control` is there and cannot be used: expected
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

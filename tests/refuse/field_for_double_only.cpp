@@ -1,6 +1,6 @@
 // expect: `f1` and `f2` (or `region`, or `field`) must be templates over the scalar S, so that they
 // can be differentiated
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

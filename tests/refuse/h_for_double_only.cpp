@@ -1,5 +1,5 @@
 // expect: `h` must be a template over the scalar S, so that it can be differentiated
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

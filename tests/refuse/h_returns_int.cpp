@@ -1,5 +1,5 @@
 // expect: returning exactly S (Vec<S, surfaces> for several surfaces)
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: filippov: `jump` must be a template over the scalar S
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: filippov: `jump` is there and no surface is of kind `jump`
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: `kinds` needs one entry for each of the system's `surfaces`
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

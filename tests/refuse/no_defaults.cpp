@@ -1,5 +1,5 @@
 // expect: filippov: `{}` for the parameters of a system that has parameters and no `defaults`
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,6 +1,6 @@
 // expect: filippov: `{}` for the parameters of a system that has parameters and no `defaults`
-#include <filippov/flow.hpp>
-#include <filippov/smoothing.hpp>
+#include <filippov/engine/flow.hpp>
+#include <filippov/system/smoothing.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: filippov: a system needs `static constexpr int dim` >= 1
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 struct NoDim {
     template <class S> S h(const S&, const filippov::Vec<S, 2>&, const filippov::Vec<S, 0>&) const;

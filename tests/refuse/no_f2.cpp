@@ -1,5 +1,5 @@
 // expect: filippov: a system needs `f1` and `f2` (or `region` with the sides of its surfaces
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

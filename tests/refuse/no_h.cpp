@@ -1,5 +1,5 @@
 // expect: filippov: a system needs `template <class S> S h(
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: a surface of kind `jump` needs `template <class S> Vec<S, dim> jump(
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: filippov: `s_max` is there and cannot be used: expected one switching surface
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,5 +1,5 @@
 // expect: filippov: `f1` and `f2`, `region` or `f` must be templates over the scalar S
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

@@ -1,7 +1,7 @@
 // expect: smoothing needs `field(t, x, s, p)`, written with the true magnitude
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filippov/models/dieci_lopez.hpp>
-#include <filippov/smoothing.hpp>
+#include <filippov/system/smoothing.hpp>
 
 int main() {
     // its sides have poles beyond their surface

@@ -1,5 +1,5 @@
 // expect: filippov: expected one value for each of the system's `params`
-#include <filippov/flow.hpp>
+#include <filippov/engine/flow.hpp>
 
 template <class S, int N> using Vec = filippov::Vec<S, N>;
 

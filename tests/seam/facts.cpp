@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Compiled for several instruction sets, and with an option that does change the layout.
-#include <filippov/seam.hpp>
+#include <filippov/ensemble/seam.hpp>
 
 extern "C" [[gnu::visibility("default")]] void
 seam_facts(void* to, void (*tell)(void* to, const char* what, const char* value)) {

@@ -2,7 +2,7 @@
 // A system for the test of the seam, and what the test asks modules that are compiled apart.
 #pragma once
 
-#include <filippov/any_lanes.hpp>
+#include <filippov/ensemble/any_lanes.hpp>
 
 #include <array>
 #include <memory>

@@ -5,10 +5,10 @@
 // it.
 #pragma once
 
-#include <filippov/rosenbrock.hpp>
-#include <filippov/settings.hpp>
-#include <filippov/status.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/status.hpp>
+#include <filippov/methods/rosenbrock.hpp>
+#include <filippov/run/settings.hpp>
+#include <filippov/system/system.hpp>
 
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>

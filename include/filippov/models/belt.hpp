@@ -2,8 +2,8 @@
 // Coulomb friction on a belt whose speed varies.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

@@ -2,7 +2,7 @@
 // Several blocks with friction: several surfaces at once.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

@@ -2,8 +2,8 @@
 // Oscillators with Coulomb friction on resting ground.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

@@ -2,7 +2,7 @@
 // The stick-slip systems of Dieci and Lopez, with one surface and with two.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

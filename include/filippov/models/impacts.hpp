@@ -2,8 +2,8 @@
 // Systems whose state jumps: impacts, and a switch with hysteresis.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

@@ -2,8 +2,8 @@
 // The dry friction oscillator of the chapter.
 #pragma once
 
-#include <filippov/elementary.hpp>
-#include <filippov/system.hpp>
+#include <filippov/core/elementary.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

@@ -2,7 +2,7 @@
 // Four scalar problems, one for each thing that can happen at a surface.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

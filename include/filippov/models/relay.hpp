@@ -2,7 +2,7 @@
 // Relay feedback of third order.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

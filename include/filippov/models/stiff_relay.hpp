@@ -2,7 +2,7 @@
 // A relay that is stiff off its surface.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

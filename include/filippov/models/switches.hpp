@@ -2,7 +2,7 @@
 // Relays and switches in the plane: what a solution does where surfaces meet.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

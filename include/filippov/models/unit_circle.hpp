@@ -2,7 +2,7 @@
 // A curved surface with an exact solution.
 #pragma once
 
-#include <filippov/system.hpp>
+#include <filippov/system/system.hpp>
 
 namespace filippov::models {
 

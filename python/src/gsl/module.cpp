@@ -4,8 +4,8 @@
 #include "../lanes/lanes.hpp"
 #include "../lanes/seam.hpp"
 
+#include <filippov/formulas/tape_system.hpp>
 #include <filippov/gsl/ode.hpp>
-#include <filippov/tape_system.hpp>
 
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>

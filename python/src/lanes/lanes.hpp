@@ -3,7 +3,7 @@
 // into a module of its own: two of them never meet in one link.
 #pragma once
 
-#include <filippov/any_lanes.hpp>
+#include <filippov/ensemble/any_lanes.hpp>
 
 #include <memory>
 #include <string>

@@ -2,7 +2,7 @@
 // What a module says of the layout of what crosses to others: Python compares it as it loads them.
 #pragma once
 
-#include <filippov/seam.hpp>
+#include <filippov/ensemble/seam.hpp>
 
 #include <pybind11/pybind11.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lanes.hpp"
 
-#include <filippov/tape_system.hpp>
+#include <filippov/formulas/tape_system.hpp>
 
 #include <array>
 #include <stdexcept>

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The field of a mode as the stages of a step see it: each evaluation also probes the guards.
+#pragma once
+
+#include <filippov/events/watch.hpp>
+#include <filippov/methods/rosenbrock.hpp>
+#include <filippov/run/place.hpp>
+
+namespace filippov {
+
+namespace detail {
+
+/// Derivatives of the field of the current mode, as its stages see it.
+template <class Sys, class S>
+Slopes<S, dim_v<Sys>> slopes_at(const Place<Sys, S>& at, const S& t, const State<Sys, S>& x) {
+    const auto field = [&](const auto& time, const auto& y, const auto& p) {
+        return mode_field(at.sys, at.mode, time,
+                          at.mode.sliding() > 0 ? toward(at.sys, at.held, time, y, p, at.scale) : y,
+                          p);
+    };
+    Slopes<S, dim_v<Sys>> slopes = slopes_of(field, t, x, at.p);
+    slopes.size = at.scale;
+    return slopes;
+}
+
+} // namespace detail
+
+/// A one-sided field.
+/// @tparam Side  of the one surface; 0: there are several, and the mode says on which sides
+template <int Side, class Sys, class S, class Guards> struct SideField {
+    using X = State<Sys, S>;
+    static constexpr bool slides = false;
+
+    const Place<Sys, S>& at;
+    Guards& guards;
+
+    FILIPPOV_INLINE X field(const S& t, const X& x) const {
+        if constexpr (Side == -1)
+            return at.sys.f1(t, x, at.p);
+        else if constexpr (Side == +1)
+            return at.sys.f2(t, x, at.p);
+        else
+            return side_field(at.sys, at.mode, t, x, at.p);
+    }
+    FILIPPOV_INLINE void probe(std::size_t k, const S& t, const X& x) {
+        constexpr int M = surfaces_v<Sys>;
+        const Vec<S, M> h = switching(at.sys, t, x, at.p);
+        if constexpr (Side != 0)
+            guards.probe(0, k, h[0]);
+        else
+            for (int j = 0; j < M; ++j)
+                guards.probe(Guard<M>::below(j), k, h[j]);
+        guards.probe_sections(k, t, x);
+    }
+    FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
+        probe(k, t, x);
+        return field(t, x);
+    }
+    auto slopes(const S& t, const X& x) const { return detail::slopes_at(at, t, x); }
+};
+
+/// The sliding field; a stage is put on the surface first, so that the fields need not exist off
+/// it.
+template <class Sys, class S, class Guards> struct SlideField {
+    using X = State<Sys, S>;
+    static constexpr bool slides = true;
+
+    const Place<Sys, S>& at;
+    Guards& guards;
+
+    FILIPPOV_INLINE X field(const S& t, const X& x) const { return slide(t, x).f; }
+    FILIPPOV_INLINE void probe(std::size_t k, const S& t, const X& x) { (*this)(k, t, x); }
+    FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
+        constexpr int M = surfaces_v<Sys>;
+        const auto now = slide(t, x);
+        if constexpr (single_v<Sys>) {
+            guards.probe_slide(k, now);
+        } else {
+            const Vec<S, M> h = switching(at.sys, t, x, at.p);
+            for (int j = 0; j < M; ++j)
+                if (at.mode[j] == 0)
+                    guards.probe_margins(j, k, now.below[j], now.above[j], now.w);
+                else
+                    guards.probe(Guard<M>::below(j), k, h[j]);
+        }
+        guards.probe_sections(k, t, x);
+        return now.f;
+    }
+    auto slopes(const S& t, const X& x) const { return detail::slopes_at(at, t, x); }
+
+private:
+    FILIPPOV_INLINE auto slide(const S& t, const X& x) const {
+        const X y = toward(at.sys, at.held, t, x, at.p, at.scale);
+        if constexpr (single_v<Sys>)
+            return sliding(at.sys, at.mode, t, y, at.p);
+        else
+            return joint_sliding(at.sys, at.mode, t, y, at.p);
+    }
+};
+
+} // namespace filippov

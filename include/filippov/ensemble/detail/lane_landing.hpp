@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Events in lanes: steps that end on them, and what goes on from there where that is plain.
+#pragma once
+
+#include <filippov/ensemble/detail/lane_guards.hpp>
+#include <filippov/ensemble/detail/lane_step.hpp>
+#include <filippov/sliding/mode.hpp>
+
+namespace filippov::lanes {
+
+// --- landing -------------------------------------------------------------------------------------
+
+/// The end of a step.
+template <int W, int N> struct Landing {
+    Vec<Lanes<W>, N> x, field;
+    Lanes<W> dt;
+
+    /// Moves it by a second-order Taylor step.
+    void nudge(const Lanes<W>& delta, const Vec<Lanes<W>, N>& bend) {
+        for (int i = 0; i < N; ++i) {
+            x[i] = fused(delta, fused(Lanes<W>(0.5) * delta, bend[i], field[i]), x[i]);
+            field[i] = fused(delta, bend[i], field[i]);
+        }
+        dt += delta;
+    }
+};
+/// What a step is to end on.
+/// @tparam Correction  Newton's, of the time at which a landing is there
+template <class Correction> struct Target {
+    double near; ///< what the last correction may be, units of the step
+    Correction correction;
+};
+template <class Correction> Target(double, Correction) -> Target<Correction>;
+
+/// Shortens steps until they end on a target, by Newton on their length; the last correction is a
+/// Taylor step, once its error is below a hundredth of the tolerance.
+/// @param d   first guess of the length
+/// @param at  the whole step; where this succeeds, the shortened one
+/// @return    where it does
+template <class Sys, int W, int N, class Rk, class Rhs, class Correction>
+LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<W> d,
+                 const LaneMask<W>& wanted, Landing<W, N>& at, const Target<Correction>& target) {
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    const Vec<T, N> x = g.x(), k0 = g.k0(), tolerance = scale(run.settings, x);
+    const T t = g[time], longest = min(T(1.01) * at.dt, g[left]);
+    Mask todo = wanted & g.members(), done(false);
+    for (int k = 0; k < 8 && any(todo); ++k) {
+        Landing<W, N> tried;
+        rk.step(rhs, t, x, d, tried.x);
+        run.counters.landings += std::popcount(todo.word());
+        tried.field = rk.k[Rk::last];
+        tried.dt = d;
+        Vec<T, N> bend;
+        for (int i = 0; i < N; ++i)
+            bend[i] = (tried.field[i] - k0[i]) / d;
+        // (then the estimate of the whole step was small by chance)
+        const Mask errs_more = ~(step_error(run, rk, x, tried.x, d) <= T(4));
+        T delta = target.correction(tried);
+        const T error = mean_square(bend, tolerance) * (delta * delta) * (delta * delta);
+        const T next = d + delta;
+        todo = todo & (next > T(0)) & (next < longest);
+        for (int n = 0; n < 2; ++n) { // the second one mends what curvature left
+            tried.nudge(delta, bend);
+            delta = target.correction(tried);
+        }
+        const Mask there = todo & ~errs_more & (error <= T(1e-4)) &
+                           (abs(delta) <= T(target.near) * d) & (tried.dt < longest);
+        at.x = select_each(there, tried.x, at.x);
+        at.field = select_each(there, tried.field, at.field);
+        at.dt = select(there, tried.dt, at.dt);
+        done = done | there;
+        todo = todo & ~there;
+        d = select(todo, next, d);
+    }
+    return done;
+}
+
+// --- contacts ------------------------------------------------------------------------------------
+
+/// The sizes of normal components that need no thought: see `departure`.
+template <int W> struct Plainly {
+    Lanes<W> least, band;
+    LaneMask<W> finite;
+};
+template <class Sys, int W>
+Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, const Lanes<W>& tau) {
+    using T = Lanes<W>;
+    const T both = abs(b.l1) + abs(b.l2);
+    const T band = fused(T(16 * epsilon<double>), both * tau, rounding);
+    return {T(100 / std::sqrt(epsilon<double>)) * band / tau, band, both < infinity<W>()};
+}
+
+/// `from`, put on the surface where it may be moved: at a start by a tolerance, after a step as
+/// `Target::may_move` allows.
+/// @param landed    where `from` is the end of a step, at t
+/// @param rounding  of h
+template <class Sys, int W, int N>
+Vec<Lanes<W>, N> settled(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W, N>& from,
+                         const Lanes<W>& t, const LaneMask<W>& landed, const Lanes<W>& rounding) {
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    const Vec<T, N> lengths = scale(run.settings, from.x);
+    const Vec<T, N> there = project(run.sys, 0, t, from.x, g.p(), lengths);
+    const T h = switching(run.sys, t, from.x, g.p())[0];
+    Mask rounds(true), near = ~landed | (abs(h) > T(4) * rounding);
+    for (int i = 0; i < N; ++i) {
+        const T moved = abs(there[i] - from.x[i]);
+        const T tick = T(32) * abs(from.x[i]) + T(64) * abs(t * from.field[i]);
+        rounds = rounds & (moved <= T(epsilon<double>) * tick);
+        near = near & (moved <= lengths[i]);
+    }
+    return select_each(rounds | near, there, from.x);
+}
+
+/// What goes on from a point of the surface.
+template <int W, int N> struct Contact {
+    Vec<Lanes<W>, N> x; ///< there
+    Lanes<W> mode;      ///< -1, 0 or +1
+    LaneMask<W> plain;  ///< nothing to think about
+    Lanes<W> h;         ///< what rounding leaves of it
+    Vec<Lanes<W>, N> f; ///< of the mode
+    Lanes<W> s, w;      ///< of a slide, and L1 - L2
+};
+/// The first-order case of `admissible`: both normal components plainly not zero.
+/// @tparam Side   from which the solution comes; 0: it starts here
+/// @param  where  it took all of the step `at`; elsewhere none
+template <int Side, class Sys, int W, int N>
+Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W, N>& at,
+                    const LaneMask<W>& where) {
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    const Sys& sys = run.sys;
+    const auto& p = g.p();
+    const T t = g[time] + select(where, at.dt, T(0));
+    Contact<W, N> c;
+    const T rounding = rounding_band(sys, 0, t, at.x, p);
+    c.x = settled(run, g, at, t, where, rounding);
+    c.h = switching(sys, t, c.x, p)[0];
+    const Sides<Sys, T> b = both_sides(sys, Mode<1>{}, 0, t, c.x, p);
+    const Plainly<W> size = plainly(b, rounding, g[proposal]);
+    const Mask up1 = b.l1 > T(0), up2 = b.l2 > T(0);
+    c.w = b.l1 - b.l2;
+    c.s = (b.l1 + b.l2) / c.w;
+    const T limit = s_max(sys, p);
+    // static friction: sliding is kept up to |s| = s_max, whatever the sides would do
+    const Mask held =
+        (limit > T(1)) & (b.l1 > b.l2) & (abs(c.s) < limit * T(1 - 16 * epsilon<double>));
+    const Mask slides = (up1 & ~up2) | held, repels = ~up1 & up2;
+    c.plain = (abs(b.l1) > size.least) & (abs(b.l2) > size.least) & size.finite & ~repels &
+              (abs(c.h) <= T(4) * rounding);
+    if constexpr (Side != 0) // it comes from there
+        c.plain = c.plain & (Side < 0 ? up1 : ~up2);
+    c.mode = select(slides, T(0), select(up1, T(1), T(-1)));
+    for (int i = 0; i < N; ++i)
+        c.f[i] =
+            select(slides, (b.l1 * b.f2[i] - b.l2 * b.f1[i]) / c.w, select(up1, b.f2[i], b.f1[i]));
+    return c;
+}
+/// Members at a contact take up their next mode.
+template <class Sys, int W, int N>
+void take_up(Group<Sys, W>& g, const Contact<W, N>& c, const LaneMask<W>& where) {
+    using T = Lanes<W>;
+    const LaneMask<W> slides = c.mode == T(0);
+    g.set_x(c.x, where);
+    g.set_k0(c.f, where);
+    g.set(start_value, select(slides, c.s, c.mode * c.h), where);
+    g.set(start_order, select(slides, T(0), T(1)), where);
+    g.set(across, c.w, where);
+    g.set(reach, infinity<W>(), where);
+    const T window = select(g[period_length] > T(0), T(0.125) * g[period_length], g[proposal]);
+    g.set(trial, window, where & slides);
+}
+/// ... and go on in it.
+template <int W, int N>
+void send_on(Leaving<W>& leaving, const Contact<W, N>& c, const LaneMask<W>& where) {
+    leaving.send(where & (c.mode < Lanes<W>(0)), Task::enter_below);
+    leaving.send(where & (c.mode == Lanes<W>(0)), Task::enter_slide);
+    leaving.send(where & (c.mode > Lanes<W>(0)), Task::enter_above);
+}
+
+// --- ends of slides ------------------------------------------------------------------------------
+
+/// What goes on from the end of a slide.
+template <int W, int N> struct Exit {
+    LaneMask<W> plain;
+    Vec<Lanes<W>, N> f; ///< of the side it leaves into
+    Lanes<W> h;         ///< what rounding leaves of it, positive on that side
+};
+/// The plain case of `admissible` there: the other side still holds, and the second derivative of h
+/// along this side's field, which is that of L along the slide, leads away.
+/// @param sign   +1 where the slide leaves below, -1 above
+/// @param slope  of s_max + sign s along the slide
+template <class Sys, int W, int N>
+Exit<W, N> judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x,
+                     const Lanes<W>& t, const Lanes<W>& sign, const Lanes<W>& slope) {
+    using T = Lanes<W>;
+    using Mask = LaneMask<W>;
+    const auto& p = g.p();
+    const Sides<Sys, T> b = both_sides(run.sys, Mode<1>{}, 0, t, x, p);
+    const Mask below = sign > T(0), kinetic = s_max(run.sys, p) > T(1);
+    const T tau = g[proposal], w = b.l1 - b.l2;
+    const T own = sign * select(below, b.l1, b.l2), other = -sign * select(below, b.l2, b.l1);
+    const Plainly<W> size = plainly(b, rounding_band(run.sys, 0, t, x, p), tau);
+    const T curvature = T(0.5) * slope * w * tau * tau;
+    const Mask turns_away =
+        -curvature > size.band * T(1 / std::cbrt(epsilon<double> * epsilon<double>));
+    Exit<W, N> e;
+    e.plain = (w > T(0)) & size.finite &
+              ((~kinetic & turns_away & (other > size.least)) | (kinetic & (-own > size.least)));
+    e.f = select_each(below, b.f1, b.f2);
+    e.h = -sign * switching(run.sys, t, x, p)[0];
+    return e;
+}
+/// Members at the end of a slide, a time dt from here, take up the slip after it.
+/// @param limit  s_max
+template <class Sys, int W, int N>
+void take_up(Group<Sys, W>& g, const Exit<W, N>& exit, const Vec<Lanes<W>, N>& x,
+             const Lanes<W>& dt, const Lanes<W>& limit, const LaneMask<W>& where) {
+    using T = Lanes<W>;
+    g.set_x(x, where);
+    g.set_k0(exit.f, where);
+    g.set(start_value, exit.h, where);
+    g.set(start_order, select(limit > T(1), T(1), T(2)), where);
+    g.set(reach, infinity<W>(), where);
+    advance(g, dt, where);
+}
+
+} // namespace filippov::lanes

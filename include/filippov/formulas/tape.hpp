@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Formulas as programs of a register machine, which runs them for every scalar.
+//
+// A machine whose instructions meet in memory waits for each number to come back from there. So the
+// last result stays at hand, in `acc`: most instructions take it as an operand.
+#pragma once
+
+#include <filippov/core/elementary.hpp>
+#include <filippov/core/scalar.hpp>
+#include <filippov/formulas/external.hpp>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace filippov {
+
+namespace detail {
+
+/// Instructions. `_a` has the last result for its (first) operand, `_ra` for its second; k is a
+/// constant.
+enum class Code : std::uint8_t {
+    halt,
+    set, // k
+    add,
+    add_a,
+    add_k,
+    add_ka,
+    sub,
+    sub_a,
+    sub_ra,
+    sub_k, // k - a
+    sub_ka,
+    mul,
+    mul_a,
+    mul_k,
+    mul_ka,
+    div,
+    div_a,
+    div_ra,
+    div_k, // k / a
+    div_ka,
+    // a b + c, a b - c and c - a b, see `fused`; `_a` has a at hand, `_ra` has c
+    mul_add,
+    mul_add_a,
+    mul_add_ra,
+    mul_sub,
+    mul_sub_a,
+    mul_sub_ra,
+    sub_mul,
+    sub_mul_a,
+    sub_mul_ra,
+    div_add, // a / b + c; `_a` has b at hand, `_ra` has c
+    div_add_a,
+    div_add_ra,
+    pow,
+    where,
+    powi,
+    powi_a,
+    neg,
+    neg_a,
+    sqrt,
+    sqrt_a,
+    exp,
+    exp_a,
+    log,
+    log_a,
+    sin,
+    sin_a,
+    cos,
+    cos_a,
+    sin_mul, // of a b
+    sin_mul_a,
+    cos_mul,
+    cos_mul_a,
+    tan,
+    tan_a,
+    asin,
+    asin_a,
+    atan,
+    atan_a,
+    sinh,
+    sinh_a,
+    cosh,
+    cosh_a,
+    tanh,
+    tanh_a,
+    magnitude,
+    magnitude_a,
+    sign,
+    sign_a,
+    call, // external function a, into as many slots as it has outputs; nothing is at hand after it
+};
+
+/// Where an operand is.
+struct Operand {
+    enum Space : std::uint16_t { slot, state, param, time, nowhere };
+    Space space = nowhere;
+    std::uint16_t index = 0;
+};
+
+struct Instruction {
+    Code code = Code::halt;
+    std::uint16_t slot = 0; ///< of the result
+    Operand a{}, b{}, c{};  ///< (an exponent is the index of b)
+    double k = 0;
+};
+
+} // namespace detail
+
+/// A program that computes some expressions. `write_tape` makes it of them; without any it does
+/// nothing.
+class Tape {
+public:
+    std::size_t size() const { return code_.size(); }
+
+    /// @param x    state, and p: parameters with what is derived from them
+    /// @param out  one entry an output; not x
+    /// @cost no allocation, except for derivatives of external functions
+    template <class S> void run(const S& t, const S* x, const S* p, S* out) const {
+        if (n_slots_ <= few)
+            run_in<few>(t, x, p, out);
+        else
+            run_in<most>(t, x, p, out);
+    }
+
+private:
+    static constexpr int few = 32, most = 1024; ///< numbers that are kept at once
+
+    template <int Slots, class S>
+    FILIPPOV_INLINE void run_in(const S& t, const S* x, const S* p, S* out) const {
+        // raw: numbers with derivatives would all be set to zero first
+        alignas(S) std::byte raw[sizeof(S) * Slots];
+        interpret(reinterpret_cast<S*>(raw), t, x, p, out);
+    }
+    template <class S>
+    FILIPPOV_NOINLINE void interpret(S* slots, const S& t, const S* x, const S* p, S* out) const;
+
+    std::vector<detail::Instruction> code_{1}; ///< the last one is `halt`
+    std::vector<detail::Operand> outputs_;
+    std::vector<std::shared_ptr<const External>> functions_;
+    int n_slots_ = 0;
+
+    friend class TapeWriter;
+};
+
+template <class S>
+void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const {
+    using detail::Code;
+    using elementary::cos;
+    using elementary::sin;
+    using std::abs, std::asin, std::atan, std::cosh, std::exp, std::log, std::pow, std::sinh,
+        std::sqrt, std::tan, std::tanh;
+    const S* const base[4] = {slots, x, p, &t};
+    const auto at = [&base](detail::Operand o)
+                        FILIPPOV_LAMBDA_INLINE -> const S& { return base[o.space][o.index]; };
+    const auto sign = [](const S& v) {
+        return select(v > S(0), S(1), select(v < S(0), S(-1), S(v * S(0))));
+    };
+    const auto exponent = [](const detail::Instruction& n) {
+        return int(static_cast<std::int16_t>(n.b.index));
+    };
+    S acc(0);
+    const detail::Instruction* i = code_.data();
+    for (;; ++i) {
+        switch (i->code) {
+        case Code::halt:
+            for (std::size_t k = 0; k < outputs_.size(); ++k)
+                out[k] = at(outputs_[k]);
+            return;
+        case Code::set:
+            acc = S(i->k);
+            break;
+        case Code::add:
+            acc = at(i->a) + at(i->b);
+            break;
+        case Code::add_a:
+            acc = acc + at(i->b);
+            break;
+        case Code::add_k:
+            acc = at(i->a) + S(i->k);
+            break;
+        case Code::add_ka:
+            acc = acc + S(i->k);
+            break;
+        case Code::sub:
+            acc = at(i->a) - at(i->b);
+            break;
+        case Code::sub_a:
+            acc = acc - at(i->b);
+            break;
+        case Code::sub_ra:
+            acc = at(i->a) - acc;
+            break;
+        case Code::sub_k:
+            acc = S(i->k) - at(i->a);
+            break;
+        case Code::sub_ka:
+            acc = S(i->k) - acc;
+            break;
+        case Code::mul:
+            acc = at(i->a) * at(i->b);
+            break;
+        case Code::mul_a:
+            acc = acc * at(i->b);
+            break;
+        case Code::mul_k:
+            acc = at(i->a) * S(i->k);
+            break;
+        case Code::mul_ka:
+            acc = acc * S(i->k);
+            break;
+        case Code::div:
+            acc = at(i->a) / at(i->b);
+            break;
+        case Code::div_a:
+            acc = acc / at(i->b);
+            break;
+        case Code::div_ra:
+            acc = at(i->a) / acc;
+            break;
+        case Code::div_k:
+            acc = S(i->k) / at(i->a);
+            break;
+        case Code::div_ka:
+            acc = S(i->k) / acc;
+            break;
+        case Code::mul_add:
+            acc = fused(at(i->a), at(i->b), at(i->c));
+            break;
+        case Code::mul_add_a:
+            acc = fused(S(acc), at(i->b), at(i->c));
+            break;
+        case Code::mul_add_ra:
+            acc = fused(at(i->a), at(i->b), S(acc));
+            break;
+        case Code::mul_sub:
+            acc = fused(at(i->a), at(i->b), S(-at(i->c)));
+            break;
+        case Code::mul_sub_a:
+            acc = fused(S(acc), at(i->b), S(-at(i->c)));
+            break;
+        case Code::mul_sub_ra:
+            acc = fused(at(i->a), at(i->b), S(-acc));
+            break;
+        case Code::sub_mul:
+            acc = fused(S(-at(i->a)), at(i->b), at(i->c));
+            break;
+        case Code::sub_mul_a:
+            acc = fused(S(-acc), at(i->b), at(i->c));
+            break;
+        case Code::sub_mul_ra:
+            acc = fused(S(-at(i->a)), at(i->b), S(acc));
+            break;
+        case Code::div_add:
+            acc = at(i->a) / at(i->b) + at(i->c);
+            break;
+        case Code::div_add_a:
+            acc = at(i->a) / acc + at(i->c);
+            break;
+        case Code::div_add_ra:
+            acc = at(i->a) / at(i->b) + acc;
+            break;
+        case Code::pow:
+            acc = S(pow(at(i->a), at(i->b)));
+            break;
+        case Code::where:
+            acc = select(at(i->a) > S(0.5), at(i->b), at(i->c));
+            break;
+        case Code::powi:
+            acc = S(pow(at(i->a), exponent(*i)));
+            break;
+        case Code::powi_a:
+            acc = S(pow(S(acc), exponent(*i)));
+            break;
+        case Code::neg:
+            acc = -at(i->a);
+            break;
+        case Code::neg_a:
+            acc = -acc;
+            break;
+        case Code::sqrt:
+            acc = sqrt(at(i->a));
+            break;
+        case Code::sqrt_a:
+            acc = sqrt(S(acc));
+            break;
+        case Code::exp:
+            acc = exp(at(i->a));
+            break;
+        case Code::exp_a:
+            acc = exp(S(acc));
+            break;
+        case Code::log:
+            acc = log(at(i->a));
+            break;
+        case Code::log_a:
+            acc = log(S(acc));
+            break;
+        case Code::sin:
+            acc = sin(at(i->a));
+            break;
+        case Code::sin_a:
+            acc = sin(S(acc));
+            break;
+        case Code::cos:
+            acc = cos(at(i->a));
+            break;
+        case Code::cos_a:
+            acc = cos(S(acc));
+            break;
+        case Code::sin_mul:
+            acc = sin(S(at(i->a) * at(i->b)));
+            break;
+        case Code::sin_mul_a:
+            acc = sin(S(acc * at(i->b)));
+            break;
+        case Code::cos_mul:
+            acc = cos(S(at(i->a) * at(i->b)));
+            break;
+        case Code::cos_mul_a:
+            acc = cos(S(acc * at(i->b)));
+            break;
+        case Code::tan:
+            acc = tan(at(i->a));
+            break;
+        case Code::tan_a:
+            acc = tan(S(acc));
+            break;
+        case Code::asin:
+            acc = asin(at(i->a));
+            break;
+        case Code::asin_a:
+            acc = asin(S(acc));
+            break;
+        case Code::atan:
+            acc = atan(at(i->a));
+            break;
+        case Code::atan_a:
+            acc = atan(S(acc));
+            break;
+        case Code::sinh:
+            acc = sinh(at(i->a));
+            break;
+        case Code::sinh_a:
+            acc = sinh(S(acc));
+            break;
+        case Code::cosh:
+            acc = cosh(at(i->a));
+            break;
+        case Code::cosh_a:
+            acc = cosh(S(acc));
+            break;
+        case Code::tanh:
+            acc = tanh(at(i->a));
+            break;
+        case Code::tanh_a:
+            acc = tanh(S(acc));
+            break;
+        case Code::magnitude:
+            acc = abs(at(i->a));
+            break;
+        case Code::magnitude_a:
+            acc = abs(S(acc));
+            break;
+        case Code::sign:
+            acc = sign(at(i->a));
+            break;
+        case Code::sign_a:
+            acc = sign(S(acc));
+            break;
+        case Code::call: {
+            const External& f = *functions_[i->a.index];
+            for (int k = 0; k < f.outputs; ++k)
+                std::construct_at(slots + i->slot + k, S(std::numeric_limits<double>::quiet_NaN()));
+            evaluate(f, t, x, p, slots + i->slot);
+            continue;
+        }
+        default:
+            FILIPPOV_UNREACHABLE();
+        }
+        std::construct_at(slots + i->slot, acc);
+    }
+}
+
+} // namespace filippov

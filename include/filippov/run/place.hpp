@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a run is: what its steps move and its guards look at.
+#pragma once
+
+#include <filippov/run/clock.hpp>
+#include <filippov/run/settings.hpp>
+#include <filippov/sliding/intersection.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+namespace filippov {
+
+/// Time, state and mode of a run, the system that it follows, and the lengths by which its errors
+/// are judged.
+template <class Sys, class S> struct Place {
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+    using X = State<Sys, S>;
+    using P = Params<Sys, S>;
+
+    const Sys& sys;
+    const P p;
+    const Settings<S, N>& settings;
+    Clock<S> clock{};
+    int direction = 1; ///< of time
+    X x;
+    X scale; ///< what the tolerance lets each component err
+    Mode<M> mode{};
+    Constraints<Sys> held{}; ///< what holds the solution in this mode
+
+    Place(const Sys& system, const P& params, const Settings<S, N>& how)
+        : sys(system), p(params), settings(how) {}
+
+    void put(const X& y) {
+        x = y;
+        weigh();
+    }
+    void enter(const Mode<M>& new_mode) {
+        mode = new_mode;
+        held = Constraints<Sys>(sys, mode);
+    }
+
+    /// The smallest step that still moves the clock.
+    S resolution() const { return S(4) * ulp(clock.local); }
+
+    /// The field of the mode.
+    X field(const S& t, const X& y) const { return mode_field(sys, mode, t, y, p); }
+
+    /// What holds the solution in this mode, and surface j that it meets.
+    Constraints<Sys> held_with(int j, const S& t, const X& y) const {
+        Constraints<Sys> on = held;
+        on.add(j, false);
+        if constexpr (single_v<Sys>)
+            return on;
+        else
+            return on.of_state(sys, t, y, p);
+    }
+
+    /// Root mean square in units of the tolerance.
+    S norm(const X& v) const {
+        using std::sqrt;
+        S sum(0);
+        for (int i = 0; i < N; ++i)
+            sum += (v[i] / scale[i]) * (v[i] / scale[i]);
+        return sqrt(sum / S(N));
+    }
+    /// What the tolerance lets a step from here to x1 err.
+    FILIPPOV_INLINE X scale_of_step(const X& x1, const S& dt) const {
+        using std::abs;
+        X lengths;
+        for (int i = 0; i < N; ++i)
+            lengths[i] = std::max(scale[i], S(settings.atol[i] + settings.rtol * abs(x1[i])));
+        limit(lengths, S(clock.local + dt), x1);
+        return lengths;
+    }
+
+    /// Names the function that is not finite at (t, y), if one is.
+    std::string_view what_is_not_finite(const S& t, const X& y) const {
+        if (!all_finite<S, M>(switching(sys, t, y, p)))
+            return "h";
+        if (!all_finite<S, N>(field(t, y))) {
+            if constexpr (HasSides<Sys, S>)
+                return mode[0] < 0 ? "f1" : mode[0] > 0 ? "f2" : "sliding field";
+            return mode.sliding() > 0 ? "sliding field" : "field";
+        }
+        return "";
+    }
+
+private:
+    static constexpr S smallest_scale =
+        std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
+
+    void weigh() {
+        using std::abs;
+        for (int i = 0; i < N; ++i)
+            scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x[i])), smallest_scale);
+        limit(scale, clock.local, x);
+    }
+    /// Takes lengths down to what the system lets a step from here to (t, y) err.
+    FILIPPOV_INLINE void limit([[maybe_unused]] X& lengths, [[maybe_unused]] const S& t,
+                               [[maybe_unused]] const X& y) const {
+        if constexpr (HasLargestError<Sys, S>) {
+            if constexpr (requires { sys.limits_errors(); })
+                if (!sys.limits_errors())
+                    return;
+            const X largest = sys.largest_error(clock.local, x, t, y, p);
+            for (int i = 0; i < N; ++i)
+                lengths[i] = std::max(std::min(lengths[i], largest[i]), smallest_scale);
+        }
+    }
+};
+
+} // namespace filippov

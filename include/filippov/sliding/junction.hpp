@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which mode goes on from a point where several surfaces meet.
+#pragma once
+
+#include <filippov/sliding/intersection.hpp>
+#include <filippov/sliding/mode.hpp>
+
+namespace filippov {
+
+/// A mode free of all surfaces with jumps; it may slide on others.
+template <class Sys>
+Mode<surfaces_v<Sys>> free_of_jumps(const Sys& sys, Mode<surfaces_v<Sys>> mode) {
+    for (int k = 0; k < surfaces_v<Sys>; ++k)
+        if (is_kind(sys, k, SurfaceKind::jump))
+            mode.set(k, +1);
+    return mode;
+}
+/// h_j' and h_j'' of a surface with jumps where the solution is free of all such surfaces; `mode`
+/// may slide on others.
+template <class Sys, class S>
+std::array<S, 2> free_rates(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                            const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const Mode<surfaces_v<Sys>> free = free_of_jumps(sys, mode);
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return mode_field(sys, free, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
+    return lie_derivatives<2>(field, h, t, x, p);
+}
+
+/// Where the solution goes from h_j = 0 of a surface with jumps, in the direction of time: +1 away,
+/// -1 against it, 0 at rest. At rest is what would fly or fall no higher than rounding of h, or no
+/// longer than some units of the last place of t, or moves no faster than the rounding of h_j':
+/// where contact ends h_j'' vanishes, and says nothing of either.
+template <class Sys, class S>
+int normal_motion(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                  const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    using std::abs;
+    const auto rate = free_rates(sys, mode, j, t, x, p);
+    const S band = rounding_band(sys, j, t, x, p);
+    if (rate[0] * rate[0] <= S(2) * abs(rate[1]) * band ||
+        S(2) * abs(rate[0]) <= S(64) * ulp(t) * abs(rate[1]) ||
+        abs(rate[0]) <=
+            rate_rounding(sys, j, t, x, p, mode_field(sys, free_of_jumps(sys, mode), t, x, p)))
+        return 0;
+    return S(direction) * rate[0] > S(0) ? 1 : -1;
+}
+
+/// True if the jump at surface j throws away what is at rest there: then there is no contact.
+template <class Sys, class S>
+bool throws_from_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                      const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const State<Sys, S> y = sys.jump(j, t, x, p);
+    return !(y == x) && (switching(sys, t, y, p)[j] > rounding_band(sys, j, t, y, p) ||
+                         normal_motion(sys, mode, j, t, y, p, 1) > 0);
+}
+/// True if surface j throws the state: it moves against it, or is at rest, does not start to leave,
+/// and would be thrown away. (A counter that a jump puts on its limit is at rest there for ever.)
+template <class Sys, class S>
+bool is_thrown(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+               const State<Sys, S>& x, const Params<Sys, S>& p, int direction) {
+    const int motion = normal_motion(sys, mode, j, t, x, p, direction);
+    return motion < 0 ||
+           (motion == 0 && direction > 0 && !(free_rates(sys, mode, j, t, x, p)[1] > S(0)) &&
+            throws_from_rest(sys, mode, j, t, x, p));
+}
+
+namespace detail {
+
+/// One mode as a way to go on from a point of several surfaces.
+template <class Sys, class S> class Candidate {
+    static constexpr int M = surfaces_v<Sys>;
+
+public:
+    /// @param before   the mode that came here
+    /// @param regions  around the surfaces in contact
+    Candidate(const Sys& sys, const Mode<M>& mode, const Mode<M>& before,
+              const Regions<Sys, S>& regions, const S& t, const State<Sys, S>& x,
+              const Params<Sys, S>& p, const Arrival<S>& arrival)
+        : sys_(sys), mode_(mode), before_(before), regions_(regions), t_(t), x_(x), p_(p),
+          arrival_(arrival) {}
+
+    /// True if the mode's own field keeps it; `starts` then holds the roots that its guards start
+    /// on.
+    /// @param exit  the slide that ended here by s_j = side, if one did
+    bool admissible(const SlideEnd<M>& exit, Starts<M>& starts) {
+        face();
+        const auto blend = blend_of<Sys, S>(flow_);
+        const auto& on = regions_.on;
+        for (int i = 0, z = 0; i < on.n; ++i) {
+            const int j = on[i];
+            if (mode_[j] == 0 && !may_slide(j))
+                return false;
+            if (mode_[j] == 0) {
+                if (!keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]) ||
+                    !keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
+                    return false;
+                ++z;
+            } else if (!keeps_side(i, blend, exit, starts.side[std::size_t(j)])) {
+                return false;
+            }
+        }
+        return true;
+    }
+    /// True if it slides on nothing, or on what is shown to attract. From a slide that rests what
+    /// has no speed does not lead away, either.
+    bool attracts() const {
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        return flow_.n == 0 || filippov::attracts(flow_in_time(false)) ||
+               (stays(field) && filippov::attracts(flow_in_time(true)));
+    }
+
+private:
+    /// The regions between which this mode slides: a face of the cube of those in contact.
+    void face() {
+        const auto& on = regions_.on;
+        flow_.n = 0;
+        corner_ = 0;
+        std::array<int, std::size_t(M)> free{};
+        for (int i = 0; i < on.n; ++i)
+            if (mode_[on[i]] == 0)
+                free[std::size_t(flow_.n++)] = i;
+            else if (mode_[on[i]] > 0)
+                corner_ |= 1u << i;
+        for (unsigned v = 0; v < flow_.regions(); ++v) {
+            unsigned region = corner_;
+            for (int z = 0; z < flow_.n; ++z)
+                region |= (v >> z & 1u) << free[std::size_t(z)];
+            region_[v] = region;
+            for (int z = 0; z < flow_.n; ++z)
+                flow_.normal[v][z] = regions_.flow(region, free[std::size_t(z)]);
+        }
+    }
+
+    /// The flow in the direction of time; at rest, what has no speed leads to the surface.
+    NormalField<S, M> flow_in_time(bool at_rest) const {
+        using std::abs;
+        auto flow = flow_;
+        for (int i = 0; i < flow.n; ++i) {
+            S largest(0);
+            for (unsigned v = 0; v < flow.regions(); ++v)
+                largest = std::max(largest, S(abs(flow(v, i))));
+            for (unsigned v = 0; v < flow.regions(); ++v) {
+                const bool none = at_rest && abs(flow(v, i)) <= S(2) * epsilon<S> * largest;
+                flow.normal[v][i] = none ? ((v >> i & 1u) != 0 ? -largest : largest)
+                                         : S(S(arrival_.direction) * flow(v, i));
+            }
+        }
+        return flow;
+    }
+
+    /// Where the solution goes from surface j, which has jumps. What was in contact with it is at
+    /// rest, whatever the rounding of its speed.
+    int motion(int j) const {
+        return before_[j] == 0 ? 0 : normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction);
+    }
+
+    /// A kink is always crossed, and contact is for what does not leave.
+    bool may_slide(int j) const {
+        if (is_kind(sys_, j, SurfaceKind::kink))
+            return false;
+        if constexpr (has_jumps_v<Sys>)
+            if (is_kind(sys_, j, SurfaceKind::jump))
+                return motion(j) == 0 &&
+                       !(arrival_.direction > 0 && throws_from_rest(sys_, mode_, j, t_, x_, p_));
+        return true;
+    }
+
+    /// 1 +- s_j positive, or zero and growing: 1, 2 derivatives of it are looked at. Zero for ever,
+    /// where the slide rests, will do.
+    bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
+        using std::abs;
+        const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
+        // A force has no scale.
+        const S band = is_kind(sys_, j, SurfaceKind::jump) ? S(0) : noise;
+        if (!at_end && !(abs(margin) <= band))
+            return margin > S(0);
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        const auto distance = [&](const auto& t, const auto& x, const auto& p) {
+            const auto m = sliding_margin(sys_, mode_, j, t, x, p);
+            return end < 0 ? m.below : m.above;
+        };
+        const auto rate = lie_derivatives<2>(field, distance, t_, x_, p_);
+        const S unit = arrival_.tau * S(arrival_.direction);
+        const std::array<S, 2> change{rate[0] * unit, rate[1] * unit * unit};
+        // Shares are of order one; a force is what its own changes make it.
+        const S least = is_kind(sys_, j, SurfaceKind::jump)
+                            ? noise * std::max(S(abs(change[0])), S(abs(change[1])))
+                            : noise;
+        for (order = 1; order <= 2; ++order)
+            if (const S c = change[std::size_t(order - 1)]; abs(c) > least)
+                return c > S(0);
+        return stays(field);
+    }
+    /// True if the mode's field rests here, beside those of the regions.
+    template <class F> bool stays(const F& mode_field) const {
+        State<Sys, S> largest = State<Sys, S>::Zero();
+        for (unsigned r = 0; r < regions_.flow.regions(); ++r)
+            largest = largest.cwiseMax(regions_.field[r].cwiseAbs());
+        const auto field = [&](const S& t, const State<Sys, S>& x) { return mode_field(t, x, p_); };
+        return rests(field, t_, S(S(arrival_.direction) * arrival_.tau), x_, largest);
+    }
+
+    /// The first non-zero derivative of h_j, j the i-th surface in contact, leads to its side.
+    bool keeps_side(int i, const Blend<S, M>& blend, const SlideEnd<M>& exit, int& order) {
+        using std::abs;
+        const int j = regions_.on[i];
+        const bool jumps = is_kind(sys_, j, SurfaceKind::jump);
+        if (jumps && mode_[j] < 0)
+            return false;
+        order = 1;
+        if constexpr (has_jumps_v<Sys>)
+            if (jumps) {
+                if (const int to = motion(j); to != 0)
+                    return to > 0;
+                order = 2; // at rest: what follows is about the acceleration
+            }
+        S slope(0), size(0);
+        for (unsigned v = 0; v < flow_.regions(); ++v)
+            slope += (flow_.n == 0 ? S(1) : blend.share[v]) * regions_.flow(region_[v], i);
+        for (unsigned v = 0; v < regions_.flow.regions(); ++v)
+            if (!jumps || (v >> i & 1u) != 0) // not of the push
+                size = std::max(size, S(abs(regions_.flow(v, i))));
+        if (!(abs(slope) <= std::numeric_limits<S>::max()))
+            return false; // no such blend
+        const S forward = S(arrival_.direction);
+        // Where a slide ended by s_j = side the mode without it starts along the surface.
+        Mode<M> ended = exit.mode;
+        if (exit.surface >= 0)
+            ended.set(exit.surface, exit.side);
+        const bool tangent = exit.surface == j && mode_ == ended;
+        if (!tangent && abs(slope) > noise * size)
+            return sign(jumps ? slope : S(forward * slope)) == mode_[j];
+        const auto field = [&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        };
+        const auto h = [&](const auto& t, const auto& x, const auto& p) {
+            return switching(sys_, t, x, p)[j];
+        };
+        const auto rate = lie_derivatives<4>(field, h, t_, x_, p_);
+        // all in units of the first derivative that could be zero, of order `first`
+        const int first = order;
+        S unit(1);
+        for (++order; order <= 4; ++order) {
+            unit = unit * forward * arrival_.tau;
+            const S change = rate[std::size_t(order - 1)] * unit;
+            if (abs(change) > noise * size)
+                return sign(first == 2 ? change : S(forward * change)) == mode_[j];
+        }
+        // The solution goes on along h_j = 0. Beside a kink, or where all rests that could cross,
+        // it is the same on either side: one of them will do.
+        return !jumps && mode_[j] == side_of(before_[j]) &&
+               (is_kind(sys_, j, SurfaceKind::kink) || (size == S(0) && stays(field)));
+    }
+    /// The side that is given to what lies on a surface.
+    static int side_of(int before) { return before < 0 ? -1 : +1; }
+
+    /// Rounding of a margin, or of a normal component in units of the largest.
+    static constexpr S noise = S(1024) * epsilon<S>;
+
+    const Sys& sys_;
+    const Mode<M> mode_, before_;
+    const Regions<Sys, S>& regions_;
+    const S t_;
+    const State<Sys, S>& x_;
+    const Params<Sys, S>& p_;
+    const Arrival<S>& arrival_;
+    NormalField<S, M> flow_;
+    std::array<unsigned, std::size_t(1) << M> region_{};
+    unsigned corner_ = 0;
+};
+
+} // namespace detail
+
+/// Admissible modes at a point of several surfaces, the others as in `mode`: of all 3^n modes those
+/// whose own field keeps them.
+///
+/// A side is kept if the first non-zero derivative of its h_j along the mode's field leads there; a
+/// slide if all |s_j| < 1, or at |s_j| = 1 the derivative of s_j points inward. The verdict is
+/// unique if one mode is admissible, and it slides on nothing or on what is shown to attract.
+///
+/// @param on    the surfaces in contact, two or more: hit here or slid on
+/// @param exit  the slide that ended here, if one did
+/// @cost  2^n fields, 3^n small linear systems
+template <class Sys, class S>
+Verdict<surfaces_v<Sys>>
+admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces_v<Sys>>& on,
+           const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
+           const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy) {
+    constexpr int M = surfaces_v<Sys>;
+    const Mode<M> before = mode;
+    Verdict<M> v;
+    v.mode = before;
+    const auto regions = regions_at(sys, mode, on, t, x, p);
+    for (unsigned r = 0; r < regions.flow.regions(); ++r)
+        if (!all_finite<S, dim_v<Sys>>(regions.field[r])) {
+            v.finite = false;
+            return v;
+        }
+    int modes = 1;
+    for (int i = 0; i < on.n; ++i)
+        modes *= 3;
+    bool attracting = true;
+    for (int code = 0; code < modes; ++code) {
+        for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
+            mode.set(on[i], rest % 3 - 1);
+        detail::Candidate<Sys, S> candidate(sys, mode, before, regions, t, x, p, arrival);
+        Starts<M> starts;
+        if (!candidate.admissible(exit, starts))
+            continue;
+        attracting = attracting && candidate.attracts();
+        v.add(mode, starts, policy);
+    }
+    v.unique = v.n_options == 1 && attracting;
+    if (v.n_options == 0)
+        v.reason = "no mode is admissible where these surfaces meet";
+    else if (v.n_options > 1)
+        v.reason = "several modes are admissible where these surfaces meet";
+    else if (!attracting)
+        v.reason = "sliding where these surfaces meet is not shown to attract";
+    return v;
+}
+
+} // namespace filippov

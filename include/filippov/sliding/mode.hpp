@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The only decision the engine makes: which mode goes on from a point of a surface.
+#pragma once
+
+#include <filippov/sliding/sliding.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace filippov {
+
+/// What to do where the solution is not unique.
+enum class NonUnique : std::uint8_t {
+    stop,  ///< end the run with status `ambiguous`
+    below, ///< go on in h < 0
+    above, ///< go on in h > 0
+    stay,  ///< slide
+};
+
+/// How a solution came to a point of a surface.
+template <class S> struct Arrival {
+    int direction = 1;          ///< of time
+    S tau = S(0);               ///< a time over which it changes: the step size
+    int from = 0;               ///< the side that it came from; 0 if it starts or slid here
+    bool below_tangent = false; ///< L1 = 0, because the end of a slide was located by it
+    bool above_tangent = false; ///< the same of L2
+};
+
+/// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
+struct Departure {
+    int sign = 0;  ///< -1 into h < 0, +1 into h > 0, 0 if four derivatives vanish
+    int order = 0; ///< which derivative decided, 1 to 4; 0 if none
+    bool finite = true;
+};
+
+namespace detail {
+
+template <class S> int sign(const S& v) { return v > S(0) ? 1 : v < S(0) ? -1 : 0; }
+
+/// How small a visit must be to count as none.
+template <class S> struct Smallness {
+    S height; ///< of |h|: its rounding
+    S time;   ///< 0: the height decides
+};
+
+/// One derivative of h along a field.
+template <class S> struct Derivative {
+    int order;
+    S value;
+};
+
+/// True if the first derivative of h that is not zero is no more than rounding: what it starts,
+/// before the `next` one turns it back, is too low or too brief to be told from nothing.
+template <class S>
+bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Smallness<S>& small) {
+    using std::abs;
+    using std::pow;
+    if (first.value == S(0))
+        return true;
+    if (next.value == S(0) || sign(first.value) == sign(next.value))
+        return false;
+    // their Taylor terms balance after tau; the height between is about half of one
+    constexpr std::array<int, 5> factorial{1, 1, 2, 6, 24};
+    const auto coefficient = [&](const Derivative<S>& d) {
+        return abs(d.value / S(factorial[std::size_t(d.order)]));
+    };
+    const S tau = pow(coefficient(first) / coefficient(next), S(1) / S(next.order - first.order));
+    if (small.time > S(0))
+        return tau <= small.time;
+    return coefficient(first) * pow(tau, S(first.order)) / S(2) <= small.height;
+}
+
+} // namespace detail
+
+/// What h_j' along a field, f at (t, x), may be off by rounding of its terms.
+template <class Sys, class S>
+S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
+                const State<Sys, S>& f) {
+    using std::abs;
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p);
+    S terms = abs(h_t(sys, j, t, x, p));
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        terms += abs(gradient[i] * f[i]);
+    return S(8) * epsilon<S> * terms;
+}
+
+/// How h_j' changes with time along the surface, where the field of `mode` bends infinitely (a law
+/// of friction like a root of the speed): where h_j' is small, this alone tells where it leads.
+/// Told by a while short enough; 0 where none up to a hundredth of tau shows more than rounding.
+template <class Sys, class S>
+FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j,
+                                     const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
+                                     const S& slope, const S& tau) {
+    using std::abs;
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
+    const S size = gradient.squaredNorm();
+    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
+        const S later = t + dt;
+        State<Sys, S> y = x + dt * f;
+        y -= (switching(sys, later, y, p)[j] / size) * gradient;
+        const State<Sys, S> there = side_field(sys, mode, later, y, p);
+        const S change = normal_component(sys, j, later, y, p, there) - slope;
+        if (abs(change) > S(100) * (abs(slope) + rate_rounding(sys, j, later, y, p, there)))
+            return change / dt;
+    }
+    return S(0);
+}
+
+/// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
+///
+/// Lie derivatives of h_j up to order four, time included. h' counts as zero where what it starts
+/// is too small, a test without units. A visit to this side is too small if it stays below the
+/// rounding of h. Flow towards the surface, the part of this side in a slide, is too small if the
+/// slide would end within some units of the last place of t; but where the solution came from this
+/// side, h' at contact is no better than h, and the height decides; and of no more than the
+/// rounding of its own terms.
+/// @param slope_found  h_j' along the field, in the direction of time
+/// @param band   rounding of h_j here
+/// @cost nothing, nearly always; else two or four fields in Taylor arithmetic
+template <class Sys, class S>
+Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                    const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
+                    const S& slope_found, const S& band) {
+    using std::abs;
+    using std::cbrt;
+    using std::pow;
+    using std::sqrt;
+    const S tau = arrival.tau;
+    if (!(abs(slope_found) <= std::numeric_limits<S>::max()))
+        return {0, 0, false};
+    if (abs(slope_found * tau) > S(100) / sqrt(epsilon<S>) * band && slope_found != S(0))
+        return {detail::sign(slope_found), 1, true};
+
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return side_field(sys, mode, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
+    const bool slide = detail::sign(slope_found) == -mode[j] && arrival.from != mode[j];
+    const bool none =
+        slide && abs(slope_found) <= rate_rounding(sys, j, t, x, p, side_field(sys, mode, t, x, p));
+    const S slope = none ? S(0) : slope_found;
+    const detail::Smallness<S> first{band, slide ? S(16) * ulp(t) : S(0)};
+    const detail::Smallness<S> higher{band, S(0)};
+    // Below this a derivative is rounding of something that is zero for all time.
+    const S noise = S(1e-3) * band;
+    S second = lie_derivatives<2>(field, h, t, x, p)[1];
+    if (!(abs(second) <= std::numeric_limits<S>::max()))
+        second = change_along_surface(sys, mode, j, t, x, p, S(S(arrival.direction) * slope_found),
+                                      S(S(arrival.direction) * tau));
+    // Plainly not zero: whatever the next derivatives, what h'' starts is above rounding.
+    if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
+        return detail::negligible<S>({1, slope}, {2, second}, first)
+                   ? Departure{detail::sign(second), 2, true}
+                   : Departure{detail::sign(slope), 1, true};
+
+    // From the highest down: each counts unless it is rounding, or not finite (the field need not
+    // be that smooth), or the next that counts undoes what it starts.
+    const auto rates = lie_derivatives<4>(field, h, t, x, p);
+    const std::array<S, 5> derivative{S(0), slope, second, S(arrival.direction) * rates[2],
+                                      rates[3]};
+    detail::Derivative<S> next{0, S(0)};
+    for (int k = 4; k >= 1; --k) {
+        const detail::Derivative<S> d{k, derivative[std::size_t(k)]};
+        const S height = abs(d.value) * pow(tau, S(k));
+        const bool rounding = !(height > noise && height <= std::numeric_limits<S>::max());
+        const bool nothing =
+            next.order == 0
+                ? rounding
+                : (k > 1 && rounding) || detail::negligible<S>(d, next, k > 1 ? higher : first);
+        if (!nothing)
+            next = d;
+    }
+    return {detail::sign(next.value), next.order, true};
+}
+
+/// True if both sides' fields bend h_j alike.
+template <class Sys, class S>
+bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                    const State<Sys, S>& x, const Params<Sys, S>& p) {
+    const auto field = [&](const auto& time, const auto& y, const auto& q) {
+        return side_field(sys, mode, time, y, q);
+    };
+    const auto h = [&](const auto& time, const auto& y, const auto& q) {
+        return switching(sys, time, y, q)[j];
+    };
+    mode.set(j, -1);
+    const auto below = lie_derivatives<3>(field, h, t, x, p);
+    mode.set(j, +1);
+    return below == lie_derivatives<3>(field, h, t, x, p);
+}
+
+/// True if h_j' is the same on both sides around a point, as where a force depends on the side of a
+/// position: then what both sides bend alike leaves to where they bend it, and does not slide.
+template <class Sys, class S>
+bool same_rate(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t, const S& tau,
+               const State<Sys, S>& x, const Params<Sys, S>& p, const Sides<Sys, S>& here) {
+    for (const double later : {0.0, 0.3, 1.7})
+        for (const State<Sys, S>& f : {here.f1, here.f2}) {
+            const S dt = S(later) * tau;
+            const auto there = both_sides(sys, mode, j, S(t + dt), State<Sys, S>(x + dt * f), p);
+            if (!(there.l1 == there.l2))
+                return false;
+        }
+    return true;
+}
+
+/// True if a field is nil at x, now and later: no component is more than the rounding of `other`,
+/// the field with which it is compared.
+template <class F, class S, int N>
+bool rests(const F& field, const S& t, const S& tau, const Vec<S, N>& x, const Vec<S, N>& other) {
+    using std::abs;
+    for (const double later : {0.0, 0.3, 1.7, 9.1}) { // what turns round in time does not rest
+        const Vec<S, N> f = field(S(t + S(later) * tau), x);
+        for (int i = 0; i < N; ++i)
+            if (!(abs(f[i]) <= S(2) * epsilon<S> * abs(other[i])))
+                return false;
+    }
+    return true;
+}
+
+/// The roots on which guards start in a mode, by their orders (0: none): of h_j, and in a slide of
+/// 1 + s_j and 1 - s_j.
+template <int M> struct Starts {
+    std::array<int, std::size_t(M)> side{}, below{}, above{};
+};
+
+/// A slide that ended by s_j = side on surface j; surface -1: none did.
+template <int M> struct SlideEnd {
+    Mode<M> mode{};
+    int surface = -1, side = 0;
+};
+
+/// The mode in which a solution leaves a point of one surface or several, and how sure that is.
+template <int M> struct Verdict {
+    Mode<M> mode{};
+    Starts<M> starts{};
+    bool unique = false;
+    bool finite = true;
+    Departure below, above;  ///< of the two sides, at one surface
+    std::string_view reason; ///< why not unique
+
+    /// The modes that could go on from here, if that is not unique; `n_options` may be more than
+    /// are kept.
+    static constexpr int most_options = M == 1 ? 3 : 27;
+    std::array<Mode<M>, most_options> option{};
+    std::array<Starts<M>, most_options> option_starts{};
+    int n_options = 0;
+
+    /// Adds a mode. The one to go on with is the first, or the one that the policy names: the
+    /// lowest sides, the highest, or the most slides, of all and not only of those that are kept.
+    void add(const Mode<M>& admissible, const Starts<M>& roots, NonUnique policy) {
+        if (n_options < most_options) {
+            option[std::size_t(n_options)] = admissible;
+            option_starts[std::size_t(n_options)] = roots;
+        }
+        if (n_options == 0 || rank(admissible, policy) > rank(mode, policy)) {
+            mode = admissible;
+            starts = roots;
+        }
+        ++n_options;
+    }
+    int kept() const { return std::min(n_options, most_options); }
+    void take(int k) {
+        mode = option[std::size_t(k)];
+        starts = option_starts[std::size_t(k)];
+    }
+
+private:
+    static int rank(const Mode<M>& m, NonUnique policy) {
+        int sum = 0;
+        for (int j = 0; j < M; ++j)
+            sum += m[j];
+        return policy == NonUnique::below ? -sum : policy == NonUnique::above ? sum : m.sliding();
+    }
+};
+
+namespace detail {
+
+/// The roots on which guards start in `mode` after this verdict on surface j.
+template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, int j) {
+    Starts<M> starts;
+    const auto i = std::size_t(j);
+    if (mode[j] != 0)
+        starts.side[i] = std::max(1, mode[j] < 0 ? v.below.order : v.above.order);
+    else {
+        starts.below[i] = std::max(0, v.below.order - 1);
+        starts.above[i] = std::max(0, v.above.order - 1);
+    }
+    return starts;
+}
+
+} // namespace detail
+
+/// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
+///
+/// A mode is admissible if its own field keeps it. With the departures (below, above) of the two
+/// sides, as signs:
+///
+///   (-, -)  leaves into h < 0          (+, +)  leaves into h > 0
+///   (+, -)  slides (attracting)        (-, +)  all three: repulsive, not unique
+///
+/// At the boundary of the sliding region one first derivative vanishes and the next one decides; it
+/// is then also the derivative of s along the sliding field, so that exactly one of "slide" and
+/// "leave" is admissible. Two vanishing at once is a two-fold: not unique. Where one side rests (an
+/// equilibrium on the boundary, as at the limit of friction) and the other leads to the surface,
+/// the slide rests, too, and is what the solution does.
+///
+/// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
+template <class Sys, class S>
+Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                                    const State<Sys, S>& x, const Params<Sys, S>& p,
+                                    const Arrival<S>& arrival, NonUnique policy) {
+    using std::abs;
+    const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
+    // The rounding of h: of its terms, and of the step that led here.
+    const S band = rounding_band(sys, j, t, x, p) +
+                   S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(arrival.tau);
+    Verdict<surfaces_v<Sys>> v;
+    const S forward = S(arrival.direction);
+    const int side_before = mode[j];
+    mode.set(j, -1);
+    v.below = departure(sys, mode, j, t, x, p, arrival,
+                        arrival.below_tangent ? S(0) : S(forward * b.l1), band);
+    mode.set(j, +1);
+    v.above = departure(sys, mode, j, t, x, p, arrival,
+                        arrival.above_tangent ? S(0) : S(forward * b.l2), band);
+    v.mode = mode;
+    v.finite = v.below.finite && v.above.finite;
+    if (!v.finite)
+        return v;
+
+    // Static friction above kinetic: sliding is kept up to |s| = s_max, whatever the sides would
+    // do.
+    const S limit = s_max(sys, p);
+    const S w = forward * (b.l1 - b.l2), s = (b.l1 + b.l2) / (b.l1 - b.l2);
+    const bool held = limit > S(1) && w > S(0) && abs(s) < limit * (S(1) - S(16) * epsilon<S>);
+
+    const bool two_fold = v.below.order != 1 && v.above.order != 1;
+    // Where the field does not jump at all (to second order) a double tangency is an ordinary one.
+    const bool same_field = two_fold && b.f1 == b.f2 && same_curvature(sys, mode, j, t, x, p);
+    const bool bent_alike = two_fold && v.below.sign == v.above.sign &&
+                            same_rate(sys, mode, j, t, S(forward * arrival.tau), x, p, b);
+    const bool vanish = v.below.sign == 0 || v.above.sign == 0;
+    const auto stays = [&](int side, const Departure& departure) {
+        if (departure.sign != 0)
+            return false;
+        mode.set(j, side);
+        const auto field = [&](const S& time, const State<Sys, S>& y) {
+            return side_field(sys, mode, time, y, p);
+        };
+        return rests(field, t, S(forward * arrival.tau), x, side < 0 ? b.f2 : b.f1);
+    };
+    const bool below_stays = stays(-1, v.below), above_stays = stays(+1, v.above);
+    const auto option = [&](int side) {
+        mode.set(j, side);
+        v.add(mode, detail::starts_at(v, mode, j), policy);
+    };
+    if (held) {
+        v.unique = true;
+        option(0);
+    } else if (below_stays && above_stays) {
+        v.unique = true;
+        option(side_before < 0 ? -1 : +1);
+    } else if ((below_stays && v.above.sign < 0) || (above_stays && v.below.sign > 0)) {
+        v.unique = true;
+        option(0);
+    } else if (vanish) {
+        v.reason = "all derivatives of h up to order four vanish";
+        for (const int side : {-1, 0, 1})
+            option(side);
+    } else if (two_fold && !same_field && !bent_alike) {
+        const bool visible_below = v.below.sign < 0, visible_above = v.above.sign > 0;
+        v.reason = visible_below && visible_above     ? "two-fold, visible-visible"
+                   : !visible_below && !visible_above ? "two-fold, invisible-invisible"
+                                                      : "two-fold, visible-invisible";
+        if (visible_below)
+            option(-1);
+        option(0);
+        if (visible_above)
+            option(+1);
+    } else if (v.below.sign == v.above.sign) {
+        v.unique = true;
+        option(v.below.sign);
+    } else if (v.below.sign > 0) {
+        v.unique = true;
+        option(0);
+    } else {
+        v.reason = "both sides lead away from the surface (repulsive sliding)";
+        for (const int side : {-1, 0, 1})
+            option(side);
+    }
+    // At one surface a policy names the branch, whatever its side would do.
+    const int named = policy == NonUnique::below ? -1 : policy == NonUnique::above ? 1 : 0;
+    if (!v.unique && policy != NonUnique::stop && v.mode[j] != named) {
+        v.mode.set(j, named);
+        v.starts = detail::starts_at(v, v.mode, j);
+    }
+    return v;
+}
+
+} // namespace filippov

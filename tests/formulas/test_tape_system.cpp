@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Systems of formulas are systems: the model of the same formulas is the oracle.
+#include "catch.hpp"
+#include "formulas.hpp"
+
+#include <filippov/engine/trajectory.hpp>
+#include <filippov/ensemble/ensemble.hpp>
+#include <filippov/methods/dormand_prince5.hpp>
+#include <filippov/methods/dormand_prince8.hpp>
+#include <filippov/models/blocks.hpp>
+#include <filippov/orbits/any_system.hpp>
+
+#include <vector>
+
+using namespace filippov;
+using V2 = Vec<double, 2>;
+
+namespace {
+
+template <int N> Settings<double, N> tight(double tol) {
+    Settings<double, N> settings;
+    settings.rtol = tol;
+    settings.atol = AbsoluteTolerance<double, N>(tol);
+    return settings;
+}
+/// The same run of both: events of the same kinds, at the same times to rounding.
+template <class Tableau, int N, class A, class B>
+void same_runs(const A& a, const B& b, const Vec<double, N>& x0, double t_end, double tol) {
+    const auto mine = simulate<Tableau>(a, all_params<double>(a, default_values(a)), x0, 0.0, t_end,
+                                        tight<N>(tol));
+    const auto other = simulate<Tableau>(b, all_params<double>(b, default_values(b)), x0, 0.0,
+                                         t_end, tight<N>(tol));
+    REQUIRE(mine.result.status == Status::ok);
+    REQUIRE(mine.events.size() == other.events.size());
+    const int m = surface_count(a);
+    for (std::size_t k = 0; k < mine.events.size(); ++k) {
+        CAPTURE(k);
+        const auto& e = mine.events[k];
+        const auto& f = other.events[k];
+        CHECK(e.kind == f.kind);
+        CHECK(e.surface == f.surface);
+        CHECK(std::abs(e.t - f.t) < 1e-12 * (1 + f.t));
+        CHECK((e.x_right - f.x_right).norm() < 1e-11 * (1 + f.x_right.norm()));
+        CHECK(e.mode_after.code(m) == f.mode_after.code(m));
+    }
+    // Of formulas no s is vouched for: a slide in closed form has a short first step.
+    CHECK(std::abs(mine.result.counters.steps - other.result.counters.steps) <=
+          std::max(static_cast<long long>(mine.events.size()), other.result.counters.steps / 1000));
+}
+
+/// Two blocks on a belt, and said of them what their formulas show.
+struct Chain : models::BeltChain<2> {
+    static constexpr bool linear_h = true;
+};
+
+/// The same as formulas.
+Definition chain_formulas() {
+    Definition d;
+    d.dim = 4;
+    d.defaults = {Chain::defaults.begin(), Chain::defaults.end()};
+    d.param_names = {Chain::params.begin(), Chain::params.end()};
+    Graph& g = d.graph;
+    const Expr V = g.param(0), c = g.param(1), gamma = g.param(2);
+    std::vector<Expr> field, belts;
+    for (int i = 0; i < 2; ++i) {
+        const Expr y = g.state(2 * i), v = g.state(2 * i + 1), other = g.state(2 - 2 * i);
+        const Expr h = g.sub(v, V);
+        const Expr pull = g.sub(g.neg(y), g.mul(c, g.sub(y, other)));
+        const Expr friction = g.div(g.param(3 + i), g.add(g.constant(1), g.mul(gamma, g.abs(h))));
+        field.push_back(v);
+        field.push_back(g.sub(pull, g.mul(g.unary(Op::sign, h), friction)));
+        belts.push_back(h);
+    }
+    split(d, field, belts);
+    return d;
+}
+
+} // namespace
+
+static_assert(FilippovSystem<TapeSystem<2, 1, 32>>);
+static_assert(HasGradH<TapeSystem<2, 1, 32>, double>);
+static_assert(HasHt<TapeSystem<2, 1, 32>, double>);
+static_assert(HasSlideField<TapeSystem<2, 1, 32>, double>);
+static_assert(HasPeriod<TapeSystem<2, 1, 32>, double>);
+static_assert(RunsInLanes<TapeSystem<2, 1, 32>>);
+static_assert(FilippovSystem<TapeSystem<4, 4, 32>>);
+static_assert(HasGradients<TapeSystem<4, 4, 32>, double>);
+
+TEMPLATE_TEST_CASE("tape system: runs as the model does", "[formulas]", DormandPrince5,
+                   DormandPrince8) {
+    const auto formulas = tests::tape_system<2>(tests::oscillator_formulas());
+    CHECK(slides_in_closed_form<double>(formulas));
+    CHECK(is_forced<double>(formulas));
+    for (const double tol : {1e-6, 1e-10})
+        same_runs<TestType>(formulas, models::Oscillator{}, V2(0.5, 0.2), 100, tol);
+}
+
+TEMPLATE_TEST_CASE("tape system: several surfaces, compiled for more than there are", "[formulas]",
+                   DormandPrince5, DormandPrince8) {
+    const auto formulas = tests::tape_system<4, 4>(chain_formulas());
+    CHECK(surface_count(formulas) == 2);
+    same_runs<TestType>(formulas, Chain{}, Vec<double, 4>(0.5, 0, 0.13, 0), 40, 1e-9);
+}
+
+TEMPLATE_TEST_CASE_SIG("tape system: analysis sees the same maps", "[formulas]", ((int N), N), 2,
+                       16) { // compiled for just as many components, and for more
+    const auto mine = any_system(tests::tape_system<N>(tests::oscillator_formulas()));
+    const auto model = any_system(models::Oscillator{});
+    CHECK(mine->dim() == 2);
+    CHECK(mine->params() == model->params());
+    CHECK(mine->defaults() == model->defaults());
+    CHECK(mine->forced());
+    const Vector p = model->defaults(), x = V2(0.1, 0.3);
+    const Directions along{{0, 1}, nullptr};
+    const auto close = [](const Matrix& a, const Matrix& b) {
+        CHECK((a - b).norm() < 1e-10 * (1 + b.norm()));
+    };
+    const PeriodJet one = mine->period(p, along), two = model->period(p, along);
+    CHECK(one.value == two.value);
+    CHECK(std::abs(one.slope[1] - two.slope[1]) < 1e-14);
+    for (const int mode : {-1, 0, 1}) {
+        CAPTURE(mode);
+        const Vector at = V2(0.1, 1 + 1.5 * mode);
+        const Jet a = mine->arc(mode, 0.2, at, 0.4, p, along);
+        const Jet b = model->arc(mode, 0.2, at, 0.4, p, along);
+        close(a.value, b.value);
+        close(a.slope, b.slope);
+        for (const int order : {0, 1, 2, 3}) {
+            if (mode == 0)
+                continue;
+            const Quantity h{Quantity::Kind::h, mode, order};
+            close(mine->quantity(h, 0.2, at, p, along).slope,
+                  model->quantity(h, 0.2, at, p, along).slope);
+        }
+    }
+    const Leg leg{0, x, 20};
+    const Journey a = mine->journey(leg, p, along), b = model->journey(leg, p, along);
+    CHECK(a.word == b.word);
+    close(a.end.slope, b.end.slope);
+    CHECK(a.lost == b.lost);
+    const History c = mine->run(0, x, 20, p), d = model->run(0, x, 20, p);
+    REQUIRE(c.events.size() == d.events.size());
+    close(c.x, d.x);
+    for (std::size_t k = 0; k < c.events.size(); ++k)
+        close(c.events[k].x, d.events[k].x);
+    const Vector direction = Vector::LinSpaced(6, -1, 1); // (x, t0, t1, a, b)
+    const Directions bent{{0, 1}, &direction};
+    close(mine->arc(-1, 0.2, x, 0.4, p, bent).bend, model->arc(-1, 0.2, x, 0.4, p, bent).bend);
+}
+
+TEST_CASE("tape system: components that there are not", "[formulas]") {
+    const auto exact = tests::tape_system<2>(tests::oscillator_formulas());
+    const auto wide = tests::tape_system<16>(tests::oscillator_formulas());
+    CHECK(component_count(wide) == 2);
+    CHECK_FALSE(RunsInLanes<TapeSystem<16, 1, 32>>);
+    CHECK_THROWS_AS((tests::tape_system<3>(tests::oscillator_formulas())), std::invalid_argument);
+    Vec<double, 16> start = Vec<double, 16>::Zero();
+    start[0] = 0.5;
+    start[1] = 0.2;
+    const auto p = all_params<double>(wide, default_values(wide));
+    const auto mine = simulate<DormandPrince8>(wide, p, start, 0.0, 60.0, tight<16>(1e-11));
+    const auto other =
+        simulate<DormandPrince8>(exact, all_params<double>(exact, default_values(exact)),
+                                 V2(0.5, 0.2), 0.0, 60.0, tight<2>(1e-11));
+    REQUIRE(mine.result.status == Status::ok);
+    REQUIRE(mine.events.size() == other.events.size());
+    for (std::size_t k = 0; k < mine.events.size(); ++k)
+        CHECK(std::abs(mine.events[k].t - other.events[k].t) < 1e-8);
+    for (const auto& x : mine.x)
+        CHECK(x.tail<14>().isZero(0));
+}
+
+TEST_CASE("tape system: a lane runs as the model's does", "[formulas]") {
+    const auto formulas = tests::tape_system<2>(tests::oscillator_formulas());
+    const models::Oscillator model;
+    const auto settings = tight<2>(1e-8);
+    const auto members = [&](const auto& sys) {
+        using Sys = std::remove_cvref_t<decltype(sys)>;
+        std::vector<Member<2, params_v<Sys>>> all;
+        for (int i = 0; i < 100; ++i) {
+            const auto p = all_params<double>(sys, default_values(sys));
+            all.push_back({V2(-2 + 0.04 * i, 0.02 * i), p, 0, 10});
+        }
+        return all;
+    };
+    const auto mine = ensemble<DormandPrince8, 4>(formulas, members(formulas), settings);
+    const auto other = ensemble<DormandPrince8, 2>(model, members(model), settings);
+    for (std::size_t k = 0; k < 100; ++k) {
+        CAPTURE(k);
+        CHECK(mine.outcomes[k].status == Status::ok);
+        CHECK(mine.outcomes[k].events == other.outcomes[k].events);
+        CHECK((mine.outcomes[k].x - other.outcomes[k].x).norm() < 1e-7);
+    }
+}
