@@ -61,7 +61,7 @@ bindings() {
         export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
         export PYTHONPATH=$folder/site PYTHONMALLOC=malloc MPLBACKEND=Agg
         for level in $(.venv/bin/python -c \
-            'import filippov._lanes as lanes; print(*lanes.instruction_sets())'); do
+            'import filippov._runs.lanes as lanes; print(*lanes.instruction_sets())'); do
             echo "== lanes: $level"
             FILIPPOV_SIMD=$level .venv/bin/python -m pytest -p no:cacheprovider "${tests[@]}"
         done

@@ -16,11 +16,16 @@ from ._core import __version__
 
 if TYPE_CHECKING:
     from . import models
-    from ._basin_numbers import BasinEntropy, BoxDimension, Fraction, PairCount, UncertaintyExponent
-    from ._basin_sweep import BasinSweep, follow_basins
-    from ._basins import Attractor, Basins, GroupCheck, Saddle, basins
-    from ._bifurcation_set import BifurcationSet, bifurcation_set
-    from ._boundary import (
+    from ._basins.basin_numbers import (
+        BasinEntropy,
+        BoxDimension,
+        Fraction,
+        PairCount,
+        UncertaintyExponent,
+    )
+    from ._basins.basin_sweep import BasinSweep, follow_basins
+    from ._basins.basins import Attractor, Basins, GroupCheck, Saddle, basins
+    from ._basins.boundary import (
         BasinBoundary,
         BoundaryCorner,
         BoundaryCurve,
@@ -29,32 +34,33 @@ if TYPE_CHECKING:
         basin_boundary,
         unstable_set,
     )
-    from ._branch import Branch, SpecialPoint, continuation
-    from ._cells import CellGroup, CellMap, Grid, cell_map
+    from ._basins.cells import CellGroup, CellMap, Grid, cell_map
+    from ._basins.refine import Audit, RefinedBasins
     from ._config import get_cmake_dir, get_include, show_config
-    from ._diagram import Diagram, bifurcation_diagram
-    from ._ensemble import Ensemble, LaneStats, ensemble
-    from ._event import EventKind
-    from ._event_map import EventMap, FixedPoint, event_map
-    from ._foreign import SlowSystemWarning
-    from ._geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
-    from ._gsl_run import GslRun, gsl_run
-    from ._lyapunov import Lyapunov, lyapunov
-    from ._maps import Mapped, section_map, strobe_map
-    from ._orbit import Orbit, OrbitError, periodic_orbit
-    from ._refine import Audit, RefinedBasins
-    from ._settings import Settings, Stats
-    from ._simulate import SimulationError, simulate
-    from ._sliding_boundary import SlidingBoundary, sliding_boundaries
-    from ._sliding_region import SlidingRegion, sliding_region
-    from ._smoothing import smoothed
-    from ._solution import Solution
-    from ._status import Status
-    from ._store import load
-    from ._system import Params, System, system
-    from ._time_stepping import TimeSteps, time_stepping
-    from ._trace import DefinitionError
-    from ._trajectory import Branches, Piece, Trajectory
+    from ._orbits.bifurcation_set import BifurcationSet, bifurcation_set
+    from ._orbits.branch import Branch, SpecialPoint, continuation
+    from ._orbits.event_map import EventMap, FixedPoint, event_map
+    from ._orbits.geometry import Equilibrium, Tangency, boundary_equilibria, equilibria, tangencies
+    from ._orbits.lyapunov import Lyapunov, lyapunov
+    from ._orbits.maps import Mapped, section_map, strobe_map
+    from ._orbits.orbit import Orbit, OrbitError, periodic_orbit
+    from ._orbits.sliding_boundary import SlidingBoundary, sliding_boundaries
+    from ._orbits.sliding_region import SlidingRegion, sliding_region
+    from ._results.event import EventKind
+    from ._results.settings import Settings, Stats
+    from ._results.solution import Solution
+    from ._results.store import load
+    from ._runs.diagram import Diagram, bifurcation_diagram
+    from ._runs.ensemble import Ensemble, LaneStats, ensemble
+    from ._runs.gsl_run import GslRun, gsl_run
+    from ._runs.simulate import SimulationError, simulate
+    from ._runs.smoothing import smoothed
+    from ._runs.time_stepping import TimeSteps, time_stepping
+    from ._runs.trajectory import Branches, Piece, Trajectory
+    from ._support.status import Status
+    from ._system.foreign import SlowSystemWarning
+    from ._system.system import Params, System, system
+    from ._system.trace import DefinitionError
 
 __all__ = [
     "Attractor",
@@ -143,29 +149,29 @@ __all__ = [
 # Modules are imported when the first of their names is used: most sessions need few of them.
 _NAMES = {
     "models": ("models",),
-    "_basin_numbers": (
+    "_basins.basin_numbers": (
         "BasinEntropy",
         "BoxDimension",
         "Fraction",
         "PairCount",
         "UncertaintyExponent",
     ),
-    "_basin_sweep": (
+    "_basins.basin_sweep": (
         "BasinSweep",
         "follow_basins",
     ),
-    "_basins": (
+    "_basins.basins": (
         "Attractor",
         "Basins",
         "GroupCheck",
         "Saddle",
         "basins",
     ),
-    "_bifurcation_set": (
+    "_orbits.bifurcation_set": (
         "BifurcationSet",
         "bifurcation_set",
     ),
-    "_boundary": (
+    "_basins.boundary": (
         "BasinBoundary",
         "BoundaryCorner",
         "BoundaryCurve",
@@ -174,85 +180,85 @@ _NAMES = {
         "basin_boundary",
         "unstable_set",
     ),
-    "_branch": (
+    "_orbits.branch": (
         "Branch",
         "SpecialPoint",
         "continuation",
     ),
-    "_cells": (
+    "_basins.cells": (
         "CellGroup",
         "CellMap",
         "Grid",
         "cell_map",
     ),
     "_config": ("get_cmake_dir", "get_include", "show_config"),
-    "_diagram": (
+    "_runs.diagram": (
         "Diagram",
         "bifurcation_diagram",
     ),
-    "_ensemble": (
+    "_runs.ensemble": (
         "Ensemble",
         "LaneStats",
         "ensemble",
     ),
-    "_event": ("EventKind",),
-    "_event_map": (
+    "_results.event": ("EventKind",),
+    "_orbits.event_map": (
         "EventMap",
         "FixedPoint",
         "event_map",
     ),
-    "_geometry": (
+    "_orbits.geometry": (
         "Equilibrium",
         "Tangency",
         "boundary_equilibria",
         "equilibria",
         "tangencies",
     ),
-    "_gsl_run": ("GslRun", "gsl_run"),
-    "_lyapunov": (
+    "_runs.gsl_run": ("GslRun", "gsl_run"),
+    "_orbits.lyapunov": (
         "Lyapunov",
         "lyapunov",
     ),
-    "_maps": (
+    "_orbits.maps": (
         "Mapped",
         "section_map",
         "strobe_map",
     ),
-    "_orbit": (
+    "_orbits.orbit": (
         "Orbit",
         "OrbitError",
         "periodic_orbit",
     ),
-    "_refine": (
+    "_basins.refine": (
         "Audit",
         "RefinedBasins",
     ),
-    "_simulate": (
+    "_runs.simulate": (
         "SimulationError",
         "simulate",
     ),
-    "_sliding_boundary": (
+    "_orbits.sliding_boundary": (
         "SlidingBoundary",
         "sliding_boundaries",
     ),
-    "_sliding_region": (
+    "_orbits.sliding_region": (
         "SlidingRegion",
         "sliding_region",
     ),
-    "_status": ("Status",),
-    "_store": ("load",),
-    "_system": (
+    "_support.status": ("Status",),
+    "_results.store": ("load",),
+    "_system.system": (
         "Params",
         "System",
         "system",
     ),
-    "_foreign": ("SlowSystemWarning",),
-    "_trace": ("DefinitionError",),
-    "_settings": ("Settings", "Stats"),
-    "_smoothing": ("smoothed",),
-    "_solution": ("Solution",),
-    "_time_stepping": ("TimeSteps", "time_stepping"),
-    "_trajectory": ("Branches", "Piece", "Trajectory"),
+    "_system.foreign": ("SlowSystemWarning",),
+    "_system.trace": ("DefinitionError",),
+    "_results.settings": ("Settings", "Stats"),
+    "_runs.smoothing": ("smoothed",),
+    "_results.solution": ("Solution",),
+    "_runs.time_stepping": ("TimeSteps", "time_stepping"),
+    "_runs.trajectory": ("Branches", "Piece", "Trajectory"),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 

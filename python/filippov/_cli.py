@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, models
-from ._system import System
+from ._system.system import System
 
 __all__ = ["main"]
 
@@ -211,7 +211,7 @@ def _info(told: Any) -> int:  # noqa: ANN401 - what argparse read
 
 
 def _run(told: Any) -> int:  # noqa: ANN401
-    from ._simulate import simulate
+    from ._runs.simulate import simulate
 
     system = _system(told.system, told.param)
     start = [_number("--start", part) for part in told.start.split(",")]
@@ -241,7 +241,7 @@ def _run(told: Any) -> int:  # noqa: ANN401
 
 
 def _diagram(told: Any) -> int:  # noqa: ANN401
-    from ._diagram import bifurcation_diagram
+    from ._runs.diagram import bifurcation_diagram
 
     system = _system(told.system, told.param)
     name, low, high, n = _range("--over", told.over)
@@ -258,7 +258,7 @@ def _diagram(told: Any) -> int:  # noqa: ANN401
 
 
 def _basins(told: Any) -> int:  # noqa: ANN401
-    from ._basins import basins
+    from ._basins.basins import basins
 
     system = _system(told.system, told.param)
     axes = [_range("--grid", text) for text in told.grid]
@@ -273,8 +273,8 @@ def _basins(told: Any) -> int:  # noqa: ANN401
 
 
 def _bench(_told: Any) -> int:  # noqa: ANN401
-    from ._ensemble import ensemble
-    from ._simulate import simulate
+    from ._runs.ensemble import ensemble
+    from ._runs.simulate import simulate
 
     block = models.oscillator.with_params(A=0.5, omega=2.94)
     period = 2 * np.pi / 2.94

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from . import _core
-from ._check import word
-from ._gsl_run import has_gsl
-from ._lanes import instruction_set, lanes_in_a_register
+from ._runs.gsl_run import has_gsl
+from ._runs.lanes import instruction_set, lanes_in_a_register
+from ._support.check import word
 
 __all__ = ["get_cmake_dir", "get_include", "show_config"]
 

@@ -56,7 +56,7 @@
 from __future__ import annotations
 
 from . import _core
-from ._system import System
+from ._system.system import System
 
 __all__ = [
     "belt_chain_2",

@@ -217,7 +217,7 @@ def test_an_audit_that_disagrees_is_not_ok(seed, monkeypatch):
     doubtful = dataclasses.replace(seed, disagreements=4)
     assert doubtful.state == "not_converged"
     assert not doubtful.success
-    from filippov._basin_work import BasinWork
+    from filippov._basins.basin_work import BasinWork
 
     complete = BasinWork.complete
     monkeypatch.setattr(

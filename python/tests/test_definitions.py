@@ -11,7 +11,7 @@ import pytest
 
 import filippov as fp
 from filippov import DefinitionError
-from filippov._define import Numbers, _moved_by_rounding
+from filippov._system.define import Numbers, _moved_by_rounding
 
 
 def trace(function, state="x v", **how):

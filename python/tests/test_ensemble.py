@@ -128,7 +128,7 @@ print(ends.instruction_set, repr(float(ends.y.sum())), int(ends.n_events.sum()))
 
 @pytest.mark.parametrize("level", ["baseline", "avx2", "avx512"])
 def test_every_instruction_set_gives_the_same_but_for_rounding(level):
-    from filippov._lanes import instruction_sets
+    from filippov._runs.lanes import instruction_sets
 
     if level not in instruction_sets():
         pytest.skip("the processor has no such registers, or lanes were not compiled for them")

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 import filippov as fp
-from filippov import _sizes
-from filippov._define import Definition
-from filippov._formula import _GREEK
-from filippov._sizes import MOST_BYTES, require_room
-from filippov._system import restore_defined
+from filippov._support import sizes
+from filippov._support.sizes import MOST_BYTES, require_room
+from filippov._system.define import Definition
+from filippov._system.formula import _GREEK
+from filippov._system.system import restore_defined
 
 EIGEN = "/usr/include/eigen3"
 NASTY = [
@@ -148,7 +148,7 @@ def test_a_struct_gets_a_name_that_it_can_have(name):
 
 
 def test_what_is_written_looks_at_names_again():
-    from filippov._formula import cpp_struct, latex_name
+    from filippov._system.formula import cpp_struct, latex_name
 
     definition = friction()._definition
     object.__setattr__(definition, "state", ('x"', "v"))
@@ -161,7 +161,7 @@ def test_what_is_written_looks_at_names_again():
 
 @pytest.mark.parametrize("word", ["\x1b[2J", "a\rb", "\u202e", "\x9b1m", "\x7f"], ids=ascii)
 def test_words_that_steer_a_terminal_are_refused(saved, tmp_path, word):
-    from filippov._sound import Unsound, printable
+    from filippov._support.sound import Unsound, printable
 
     def say(meta):
         fields = meta["content"]["fields"]
@@ -402,7 +402,7 @@ def squares(n):
 
 PROGRAM = """
 import json, resource, sys, time
-from filippov._system import restore_defined
+from filippov._system.system import restore_defined
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 start = time.perf_counter()
 system = restore_defined(json.load(sys.stdin), {})
@@ -491,7 +491,7 @@ def header(shape, descr="<f8"):
 def test_an_archive_that_declares_more_than_it_has_is_refused(
     tmp_path, monkeypatch, members, words
 ):
-    monkeypatch.setattr(_sizes, "MOST_WORDS", 2**20)
+    monkeypatch.setattr(sizes, "MOST_WORDS", 2**20)
     path = npz(tmp_path / "bomb.npz", members)
     with pytest.raises(ValueError, match=words):
         fp.load(path, most_bytes=2**22)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import filippov as fp
-from filippov._gsl_run import has_gsl
+from filippov._runs.gsl_run import has_gsl
 
 block = fp.models.oscillator.with_params(A=0.5, omega=2.94)
 smooth = fp.smoothed(block, c1=1e3)
@@ -54,6 +54,6 @@ def test_what_makes_no_sense_is_refused():
 
 
 def test_without_it_the_reason_is_given(monkeypatch):
-    monkeypatch.setattr("filippov._gsl_run._module", lambda: None)
+    monkeypatch.setattr("filippov._runs.gsl_run._module", lambda: None)
     with pytest.raises(ImportError, match="FILIPPOV_GSL=ON"):
         fp.gsl_run(smooth, [0, 0], (0, 20))

@@ -66,7 +66,7 @@ def test_a_fixed_period_is_refused_wherever_another_frequency_comes_in(fixed, ca
 
 def test_a_saved_system_is_not_restored_with_another_frequency(right, tmp_path):
     # a file that an earlier version wrote has a fixed period and other values beside it
-    from filippov._system import restore_defined
+    from filippov._system.system import restore_defined
 
     plain = made(TURN / 1.3)._definition.plain()
     with pytest.raises(ValueError, match=r"om = 1\.5: forced does not repeat"):
@@ -163,11 +163,11 @@ def test_functions_that_are_called_are_looked_at_too():
 
 
 def test_values_are_looked_at_once(fixed, monkeypatch):
-    from filippov import _period
+    from filippov._system import period as periods
 
     count = []
-    change = _period._change
-    monkeypatch.setattr(_period, "_change", lambda *args: count.append(1) or change(*args))
+    change = periods._change
+    monkeypatch.setattr(periods, "_change", lambda *args: count.append(1) or change(*args))
     for A in (0.3, 0.4, 0.5):
         fixed.with_params(phi=0.125, A=A)
     assert len(count) == 1

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import filippov as fp
-from filippov._tiles import Stage, open_store, run_stage
+from filippov._results.tiles import Stage, open_store, run_stage
 
 BLOCK = fp.models.oscillator.with_params(A=3.6, omega=1.067)
 GRID = {"y": (-4, 4, 24), "v": (-3, 4, 25)}

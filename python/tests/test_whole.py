@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import filippov as fp
-from filippov._whole import PART, in_the_making, remove_abandoned
+from filippov._support.whole import PART, in_the_making, remove_abandoned
 
 BLOCK = fp.models.oscillator
 
@@ -117,7 +117,7 @@ def test_a_save_that_fails_leaves_nothing(target, monkeypatch):
     run.save(target)
     whole = entries(target)
     monkeypatch.setattr(np, "savez_compressed", full)
-    monkeypatch.setattr("filippov._store._write_zarr", full)
+    monkeypatch.setattr("filippov._results.store._write_zarr", full)
     with pytest.raises(OSError, match="no space"):
         fp.simulate(BLOCK, [1, 0], (0, 1)).save(target)
     assert entries(target) == whole

@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Cells, basins of attraction, their boundaries and their numbers.
+
+Start with ``basins``.
+"""

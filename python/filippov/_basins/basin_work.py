@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The parts of a picture of basins, to be run here or elsewhere."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from filippov import _core
+from filippov._results.tiles import Arrays, Show
+from filippov._runs.ensemble import RunSettings
+from filippov._runs.lanes import lanes_of, require_level
+from filippov._system.system import System
+
+from .cells import Integers, Picture
+
+__all__ = ["BasinWork", "LabelWork"]
+
+
+@dataclass(frozen=True)
+class BasinWork:
+    """The parts of a picture, here or elsewhere: sent, it makes a finder of its own."""
+
+    sys: System
+    picture: Picture
+    run: RunSettings
+    search: Mapping[str, Any]  #: in the order that the compiled core takes
+    bounds: list[float] | None
+    threads: int
+    level: str  #: instruction set
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return BasinWork, tuple(getattr(self, field.name) for field in fields(self))
+
+    @functools.cached_property
+    def finder(self) -> Any:  # noqa: ANN401 - compiled
+        """A `_core.BasinFinder`, made when it is first asked for; it is not sent."""
+        require_level(self.sys, self.level)
+        picture = self.picture
+        return _core.BasinFinder(
+            self.sys._model,
+            lanes_of(self.sys),
+            picture.grid.axes,
+            picture.table,
+            picture.rest,
+            picture.t0,
+            *self.search.values(),
+            self.bounds or [],
+            *self.run.arguments,
+            *self.run.limits,
+            self.threads,
+        )
+
+    def _cells(self, first: int, count: int) -> tuple[int, int]:
+        """Rows of the picture as cells."""
+        n = self.picture.grid.shape[1]
+        return first * n, count * n
+
+    def images(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Images of the cells in some rows."""
+        del inputs
+        columns = self.finder.images(*self._cells(first, count), show)
+        names = {"image_state": "state", "image_status": "status"}
+        renamed = {name: columns[theirs] for name, theirs in names.items()}
+        return {**columns, **renamed, **columns["counters"]}
+
+    def find(self, image: Integers, raised: BaseException | None) -> dict[str, Any]:
+        """Attractors, saddles, and the plain map; nothing but that after an interruption."""
+        if raised is None:
+            return self.finder.find(image.ravel())  # type: ignore[no-any-return]
+        plain = _core.cell_map(self.picture.grid.axes, image.ravel())
+        return {"plain": plain, "attractors": [], "saddles": [], "raised": raised}
+
+    def labels(self, attractors: list[Any]) -> LabelWork:
+        """Work that labels cells."""
+        return LabelWork(self, attractors)
+
+    def complete(
+        self, attractors: list[Any], image: Integers, label: Integers, raised: BaseException | None
+    ) -> dict[str, Any]:
+        """Audit, and the confusion table; nothing of it after an interruption."""
+        if raised is None:
+            checked: dict[str, Any] = self.finder.complete(attractors, image.ravel(), label.ravel())
+            return checked
+        return {
+            "confusion": [],
+            "by_exit": False,
+            "by_exit_reason": "It was interrupted.",
+            "audited": 0,
+            "disagreements": 0,
+            "raised": raised,
+        }
+
+
+@dataclass(frozen=True)
+class LabelWork:
+    """Labels cells from their images."""
+
+    basins: BasinWork
+    attractors: list[Any]
+
+    def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
+        """Labels of the cells in some rows."""
+        columns = self.basins.finder.labels(
+            self.attractors,
+            *self.basins._cells(first, count),
+            inputs["state"].reshape(-1, self.basins.sys.dim),
+            inputs["status"].ravel(),
+            show,
+        )
+        return {**columns, **columns["counters"]}

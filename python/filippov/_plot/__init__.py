@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of results, by matplotlib, which only they import.
+
+Results come here by their ``plot`` methods, and nothing else of the package knows this folder.
+"""
