@@ -1,17 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Check the floors of ``include/filippov``.
+"""Check the floors of ``include/filippov`` and of ``python/filippov``.
 
 Each folder is on a floor. A header includes headers of folders on lower floors, but for what is in
 their ``detail``, or of its own folder as long as there is no cycle; beyond that only Eigen and the
 standard library, and of Eigen the solvers that it names. Each header has its SPDX line and
 ``#pragma once``, each folder a ``README.md``.
 
-The folder to check is the first argument, by default the library's own.
+A module of the package imports from folders on lower floors, for types too, and from its own as
+long as there is no circle when it is loaded. Within functions it may ask for a picture (``_plot``),
+and for the package's names and models, which stand on all floors.
+
+The folders to check are the arguments, by default the library's own and the package's: with modules
+in them, or with headers.
 """
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
 from pathlib import Path
@@ -31,6 +37,13 @@ FLOORS = [
     ["models", "gsl"],
 ]
 GROUND, TOP = -1, len(FLOORS)
+
+# The same of the folders below python/filippov; what is directly in it stands on all of them, but
+# for the compiled core.
+PYTHON_FLOORS = ["_support", "_system", "_results", "_runs", "_orbits", "_basins", "_plot"]
+CORE = "_core"
+# What functions may import late, from whatever floor.
+LATE = {"_plot", "models", "_NAMES"}
 
 # Headers of the system that one header alone may include, where they exist.
 SYSTEM: dict[str, set[str]] = {
@@ -160,14 +173,82 @@ def check(folder: Path) -> list[str]:
     return errors
 
 
+def is_for_types(node: ast.AST) -> bool:
+    """Return whether a part of a module is left out when it is loaded."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
+def imports_of(text: str, folder: str) -> list[tuple[str, bool, bool]]:
+    """Return what a module imports from the package, if in a function, and if for types alone."""
+    tree = ast.parse(text)
+    parts_of = {
+        kind: {id(inner) for outer in ast.walk(tree) if is_kind(outer) for inner in ast.walk(outer)}
+        for kind, is_kind in (
+            ("late", lambda node: isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))),
+            ("types", is_for_types),
+        )
+    }
+    found: list[tuple[str, bool, bool]] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [a.name for a in node.names if a.name.split(".")[0] == "filippov"]
+        elif isinstance(node, ast.ImportFrom) and node.level < 2:
+            start = ["filippov", folder] if node.level and folder else ["filippov"]
+            parts = [*(start if node.level else []), *(node.module or "").split(".")]
+            module = ".".join(part for part in parts if part)
+            if module.split(".")[0] != "filippov":
+                continue
+            whole = module == "filippov" or (module.count(".") == 1 and module[9:] in PYTHON_FLOORS)
+            names = [f"{module}.{a.name}" for a in node.names] if whole else [module]
+        elif isinstance(node, ast.ImportFrom):
+            names = ["filippov.."]
+        else:
+            continue
+        late, types = (id(node) in parts_of[kind] for kind in ("late", "types"))
+        found += [(name.removeprefix("filippov."), late, types) for name in names]
+    return found
+
+
+def check_package(folder: Path) -> list[str]:
+    """Return everything that is wrong with the modules below a folder."""
+    errors: list[str] = []
+    graph: dict[str, list[str]] = {}
+    floors = {name: floor for floor, name in enumerate(PYTHON_FLOORS)}
+    for path in sorted(folder.rglob("*.py")):
+        name = path.relative_to(folder).with_suffix("").as_posix().replace("/", ".")
+        room = name.rpartition(".")[0]
+        if room and room not in floors:
+            errors.append(f"{name} is in a folder on no floor: add it to PYTHON_FLOORS")
+            continue
+        graph[name] = []
+        for other, late, types in imports_of(path.read_text(encoding="utf-8"), room):
+            first = other.split(".")[0]
+            if first == CORE or (late and first in LATE):
+                continue
+            if not late and not types:
+                graph[name].append(other)
+            if not room or first == room:
+                continue
+            if first not in floors:
+                errors.append(f"{name} imports {other} from above")
+            elif floors[first] > floors[room]:
+                errors.append(f"{name} (floor {floors[room]}) imports {other} from a higher floor")
+    if cycle := find_cycle(graph):
+        errors.append("modules import each other: " + " -> ".join(cycle))
+    return errors
+
+
 def main() -> int:
     """Check, print what is wrong, return 0 if nothing is."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "include" / "filippov"
-    errors = check(folder)
+    given = [Path(each) for each in sys.argv[1:]]
+    errors: list[str] = []
+    for folder in given or [ROOT / "include" / "filippov", ROOT / "python" / "filippov"]:
+        is_package = (folder / "__init__.py").is_file()
+        errors += check_package(folder) if is_package else check(folder)
     for error in errors:
         print(error)
     if not errors:
-        print("floors: every header stands on lower ones")
+        print("floors: every header and every module stands on lower ones")
     return 1 if errors else 0
 
 

@@ -87,3 +87,60 @@ def test_a_cycle_in_a_folder_is_named(house):
 
 def test_an_empty_folder_is_an_error(tmp_path):
     assert check(tmp_path).returncode == 1
+
+
+@pytest.fixture
+def package(tmp_path):
+    for name in ("__init__", "models", "_system/system", "_system/trace", "_plot/plot"):
+        module = tmp_path / f"{name}.py"
+        module.parent.mkdir(exist_ok=True)
+        module.write_text("")
+    return tmp_path
+
+
+def test_lower_floors_the_core_and_pictures_within_functions_are_accepted(package):
+    (package / "_plot/plot.py").write_text("from filippov._system.system import System\n")
+    (package / "_system/trace.py").write_text("from filippov import _core\nimport numpy as np\n")
+    (package / "_system/system.py").write_text(
+        "from .trace import record\n\ndef plot():\n    from filippov._plot.plot import draw\n"
+    )
+    (package / "models.py").write_text("from ._system.system import System\n")
+    ran = check(package)
+    assert ran.stdout == "floors: every header and every module stands on lower ones\n"
+    assert ran.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("_system/system", "from filippov._plot.plot import draw", "from a higher floor"),
+        ("_system/system", "from filippov._plot import plot", "from a higher floor"),
+        ("_system/system", "import filippov._plot.plot", "from a higher floor"),
+        ("_system/system", "def f():\n    from filippov._runs.simulate import go", "higher floor"),
+        ("_system/system", "from filippov import models", "imports models from above"),
+        ("_system/system", "from filippov import simulate", "imports simulate from above"),
+        ("_system/trace", "from .trace import record", "_system.trace -> _system.trace"),
+        ("_attic/box", "", "is in a folder on no floor"),
+    ],
+)
+def test_an_import_from_above_is_named(package, name, text, words):
+    module = package / f"{name}.py"
+    module.parent.mkdir(exist_ok=True)
+    module.write_text(text + "\n")
+    ran = check(package)
+    assert ran.returncode == 1
+    assert words in ran.stdout
+
+
+def test_a_circle_of_modules_is_named(package):
+    (package / "_system/system.py").write_text("from .trace import record\n")
+    (package / "_system/trace.py").write_text("from .system import System\n")
+    assert "modules import each other" in check(package).stdout
+
+
+def test_types_of_a_higher_floor_are_named(package):
+    (package / "_system/system.py").write_text(
+        "from typing import TYPE_CHECKING\n\n"
+        "if TYPE_CHECKING:\n    from filippov._plot.plot import Picture\n"
+    )
+    assert "from a higher floor" in check(package).stdout

@@ -11,6 +11,14 @@ from filippov._support.sound import require
 __all__ = ["Settings", "Stats"]
 
 
+METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1, "rodas5p": 2, "Rodas5P": 2}
+METHOD_NAMES = ("dopri5", "dop853", "rodas5p")
+#: Those that lanes have.
+EXPLICIT = {name: k for name, k in METHODS.items() if k < 2}
+POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
+ALL = "all"
+
+
 @dataclass(frozen=True)
 class Settings:
     """What a run was told; the arguments of `simulate`, with one `atol` a component."""
@@ -25,8 +33,6 @@ class Settings:
     on_nonunique: str
 
     def _verify(self) -> None:
-        from filippov._runs.simulate import ALL, METHOD_NAMES, POLICIES
-
         word("method", self.method, METHOD_NAMES)
         word("on_nonunique", self.on_nonunique, (*POLICIES, ALL))
         number("rtol", self.rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)

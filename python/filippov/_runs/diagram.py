@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import KIND_NAMES
-from filippov._results.settings import Settings, Stats
+from filippov._results.settings import METHOD_NAMES, POLICIES, Settings, Stats
 from filippov._results.store import Stored
 from filippov._support.check import (
     MOST,
@@ -35,7 +35,7 @@ from filippov._support.status import Status
 from filippov._support.types import Floats
 from filippov._system.system import Params, System
 
-from .simulate import METHOD_NAMES, POLICIES, absolute_tolerance, method_of
+from .simulate import absolute_tolerance, method_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import modes_of
-from filippov._results.settings import Settings
+from filippov._results.settings import EXPLICIT, METHOD_NAMES, POLICIES, Settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._support.check import (
@@ -38,7 +38,7 @@ from filippov._support.types import Floats
 from filippov._system.system import System
 
 from .lanes import lanes_in_a_register, lanes_of, level_of, require_level
-from .simulate import EXPLICIT, METHOD_NAMES, POLICIES, absolute_tolerance
+from .simulate import absolute_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr

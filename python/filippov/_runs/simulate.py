@@ -12,7 +12,15 @@ from numpy.typing import ArrayLike
 
 from filippov import _core
 from filippov._results.event import EventFunction, EventKind, event_log, watch_all
-from filippov._results.settings import Settings, Stats
+from filippov._results.settings import (
+    ALL,
+    EXPLICIT,
+    METHOD_NAMES,
+    METHODS,
+    POLICIES,
+    Settings,
+    Stats,
+)
 from filippov._results.solution import Solution
 from filippov._support.check import (
     LONGEST,
@@ -35,23 +43,12 @@ from filippov._system.system import Params, System
 from .trajectory import Branches, Trajectory
 
 __all__ = [
-    "EXPLICIT",
-    "METHODS",
-    "METHOD_NAMES",
-    "POLICIES",
     "SimulationError",
     "absolute_tolerance",
     "advice",
     "method_of",
     "simulate",
 ]
-
-METHODS = {"dopri5": 0, "dop853": 1, "RK45": 0, "DOP853": 1, "rodas5p": 2, "Rodas5P": 2}
-METHOD_NAMES = ("dopri5", "dop853", "rodas5p")
-#: Those that lanes have.
-EXPLICIT = {name: k for name, k in METHODS.items() if k < 2}
-POLICIES = {"stop": 0, "below": 1, "above": 2, "stay": 3}
-ALL = "all"
 
 
 class SimulationError(RuntimeError):
