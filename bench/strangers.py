@@ -1018,7 +1018,7 @@ def counter_family(number: int) -> Problem:
     def follow(start: Floats, t: float, end: float, nudge: Floats) -> Exactly:
         push = np.append(nudge[:n], 0.0)
         x = np.array(start, dtype=float) + push
-        e = Exactly(x, end, largest=float(K))
+        e = Exactly(x, end, largest=1.0)
         while len(e.changes) < 2000:
             with np.errstate(all="ignore"):
                 rest = rate / leak
@@ -1519,14 +1519,18 @@ def try_formulas(number: int, talk: bool = False) -> Report:
         values = function(t, argparse.Namespace(x=x[0], y=x[1]))
     right = np.array([np.broadcast_to(v, n) for v in values])
     h = np.atleast_2d(f.h(t, x)) if f.surfaces else np.ones((0, n))
-    wrong = []
+    wrong, compared = [], 0
     for i in range(n):
         if not np.all(np.abs(h[:, i]) > 1e-9) or not np.all(np.isfinite(right[:, i])):
             continue
+        compared += 1
         side = [int(v) for v in np.sign(h[:, i])]
         got = f.field(t[i], x[:, i], side if len(side) != 1 else side[0])
         if not np.all(np.abs(got - right[:, i]) <= 1e-7 * (1 + np.abs(right[:, i]))):
             wrong.append(f"{got} for {right[:, i]} at t = {t[i]!r}, {x[:, i]}")
+    if compared < n / 4 and not wrong:
+        report.left_out += 1
+        return report
     report.counts["formulas", "regions", "wrong" if wrong else "right"] += 1
     if wrong or talk:
         report.failures.append(

@@ -149,13 +149,10 @@ private:
         return judge(known_start_.before, contact, known_start_.guard);
     }
 
-    /// Where h is zero to rounding, by rounding of the state at most: see `is_rounding`.
     void put_on_known_surface(int j, const S& t) {
-        using std::abs;
         const X x = segment_.x(), there = project(sys_, j, t, x, p_, segment_.scale());
         const X f = mode_field(sys_, known_start_.before, t, x, p_);
-        if (is_rounding(x, there, f, t) ||
-            !(abs(switching(sys_, t, x, p_)[j]) <= rounding_band_along(sys_, j, t, x, p_, f)))
+        if (may_be_put_on(sys_, j, t, p_, x, there, f, segment_.scale()))
             segment_.set_state(there);
     }
 

@@ -371,8 +371,10 @@ private:
             const S eta = time_to_surface(j);
             if (!(forward() * eta >= S(0) && abs_(eta) <= S(8) * place_.resolution()))
                 continue;
-            place_.x = project(place_.sys, place_.held_with(j, t, place_.x), t, place_.x, place_.p,
-                               place_.scale);
+            const X there = project(place_.sys, place_.held_with(j, t, place_.x), t, place_.x,
+                                    place_.p, place_.scale);
+            if (is_near(place_.x, there, place_.scale))
+                place_.x = there;
             stop.guard = Guard<M>::below(j);
         }
         return stop;

@@ -86,7 +86,8 @@ public:
         const X x = path.x1;
         if (on_surface) {
             path.x1 = project(at_.sys, at_.held_with(surface(), t, x), t, x, at_.p, at_.scale);
-            if (may_move(x, path, t))
+            if (may_be_put_on(at_.sys, surface(), t, at_.p, x, path.x1, at_.field(t, path.x1),
+                              at_.scale))
                 return;
         }
         path.x1 = project(at_.sys, at_.held, t, x, at_.p, at_.scale);
@@ -101,16 +102,6 @@ public:
     }
 
 private:
-    /// True if x may be moved to the end of the path to lie on the surface met: by rounding, or by
-    /// a tolerance at most if no rounding explains why it is not there.
-    template <class Path> bool may_move(const X& x, const Path& path, const S& t) const {
-        using std::abs;
-        const X f = at_.field(t, path.x1);
-        if (is_rounding(x, path.x1, f, t))
-            return true;
-        return abs(h(t, x)) > rounding_band_along(at_.sys, surface(), t, x, at_.p, f) &&
-               is_near(x, path.x1, at_.scale);
-    }
     template <class Path> bool flat_since(const Path& path, const S& theta, const X& x) const {
         using std::abs;
         const S t0 = at_.clock.local + theta * path.dt, t1 = at_.clock.local + path.dt;

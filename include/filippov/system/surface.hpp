@@ -203,6 +203,19 @@ bool is_near(const Vec<S, N>& from, const Vec<S, N>& to, const Vec<S, N>& length
     return true;
 }
 
+/// True if a state that was met on h_j = 0 may be moved to lie on it to the last bit: by rounding,
+/// or by these lengths at most where no rounding explains why it is not there.
+/// @param f  the field with which it came
+template <class Sys, class S>
+bool may_be_put_on(const Sys& sys, int j, const S& t, const Params<Sys, S>& p,
+                   const State<Sys, S>& from, const State<Sys, S>& to, const State<Sys, S>& f,
+                   const State<Sys, S>& lengths) {
+    using std::abs;
+    return is_rounding(from, to, f, t) ||
+           (abs(switching(sys, t, from, p)[j]) > rounding_band_along(sys, j, t, from, p, f) &&
+            is_near(from, to, lengths));
+}
+
 /// How fast h_j of a surface with jumps changes in the region with these sides: the normal speed of
 /// an impact.
 template <class Sys, class S>

@@ -452,7 +452,7 @@ def _moved_by_rounding(
     """
     arguments = np.append(t, x)
     there = _called(function, definition, t, x, p)
-    total = np.where(_called(function, definition, t, x, p) == there, 0.0, math.nan)
+    total = np.zeros(there.size)
     for j in range(arguments.size):
         moved = []
         for scale in (1 - 2.0**-51, 1 + 2.0**-51):
@@ -460,7 +460,7 @@ def _moved_by_rounding(
             a[j] *= scale
             moved.append(np.abs(_called(function, definition, float(a[0]), a[1:], p) - there))
         total += np.fmax(*moved)
-    return total
+    return np.where(_called(function, definition, t, x, p) == there, total, math.nan)
 
 
 def _called(function: Function, definition: Definition, t: float, x: Floats, p: Numbers) -> Floats:

@@ -92,9 +92,9 @@ Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, cons
 }
 
 /// `from`, put on the surface where it may be moved: at a start by a tolerance, after a step as
-/// `Target::may_move` allows.
+/// `may_be_put_on` says.
 /// @param landed    where `from` is the end of a step, at t
-/// @param rounding  of h
+/// @param rounding  of h, see `rounding_band_along`
 template <class Sys, int W, int N>
 Vec<Lanes<W>, N> settled(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W, N>& from,
                          const Lanes<W>& t, const LaneMask<W>& landed, const Lanes<W>& rounding) {
@@ -103,7 +103,7 @@ Vec<Lanes<W>, N> settled(const Run<Sys>& run, const Group<Sys, W>& g, const Land
     const Vec<T, N> lengths = scale(run.settings, from.x);
     const Vec<T, N> there = project(run.sys, 0, t, from.x, g.p(), lengths);
     const T h = switching(run.sys, t, from.x, g.p())[0];
-    Mask rounds(true), near = ~landed | (abs(h) > T(4) * rounding);
+    Mask rounds(true), near = ~landed | (abs(h) > rounding);
     for (int i = 0; i < N; ++i) {
         const T moved = abs(there[i] - from.x[i]);
         const T tick = T(32) * abs(from.x[i]) + T(64) * abs(t * from.field[i]);
@@ -135,7 +135,9 @@ Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W
     const T t = g[time] + select(where, at.dt, T(0));
     Contact<W, N> c;
     const T rounding = rounding_band(sys, 0, t, at.x, p);
-    c.x = settled(run, g, at, t, where, rounding);
+    const T rate = normal_component(sys, 0, t, at.x, p, at.field);
+    const T met = rounding + T(8 * epsilon<double>) * abs(t * rate);
+    c.x = settled(run, g, at, t, Side == 0 ? Mask(false) : where, met);
     c.h = switching(sys, t, c.x, p)[0];
     const Sides<Sys, T> b = both_sides(sys, Mode<1>{}, 0, t, c.x, p);
     const Plainly<W> size = plainly(b, rounding, g[proposal]);
@@ -148,7 +150,7 @@ Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W
         (limit > T(1)) & (b.l1 > b.l2) & (abs(c.s) < limit * T(1 - 16 * epsilon<double>));
     const Mask slides = (up1 & ~up2) | held, repels = ~up1 & up2;
     c.plain = (abs(b.l1) > size.least) & (abs(b.l2) > size.least) & size.finite & ~repels &
-              (abs(c.h) <= T(4) * rounding);
+              (abs(c.h) <= T(4) * met);
     if constexpr (Side != 0) // it comes from there
         c.plain = c.plain & (Side < 0 ? up1 : ~up2);
     c.mode = select(slides, T(0), select(up1, T(1), T(-1)));
