@@ -2,5 +2,5 @@
 """What all of the package uses: checks of arguments, words of statuses, types, progress.
 
 Start with ``check``: what an argument has to be, and what is said of one that is not. It must not
-know what a system or a run is.
+import any other folder.
 """
