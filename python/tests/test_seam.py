@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import filippov as fp
-from filippov import _core, _lanes, _seam
+from filippov import _core
+from filippov._runs import lanes, seam
 
 # Those that lanes are compiled for, one more than they are, and those of other sizes.
 DIMS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 32]
@@ -208,9 +209,9 @@ print(*check_cells(), sep="\\n", end="")
 """
 
 
-@pytest.mark.parametrize("level", _lanes.LEVELS)
+@pytest.mark.parametrize("level", lanes.LEVELS)
 def test_members_that_are_handed_over_end_where_single_runs_end(level):
-    if level not in _lanes.instruction_sets():
+    if level not in lanes.instruction_sets():
         pytest.skip("the processor has no such registers, or lanes were not compiled for them")
     run = subprocess.run(
         [sys.executable, "-c", CHECK, str(Path(__file__).parent)],
@@ -250,33 +251,33 @@ def test_the_input_that_came_back_as_garbage():
 
 
 def test_modules_that_were_not_compiled_together_are_refused(monkeypatch):
-    level = _lanes.instruction_set()
+    level = lanes.instruction_set()
     name = f"filippov._lanes_{level}"
-    _seam.load(name)
+    seam.load(name)
     monkeypatch.setattr(_core, "seam", _core.seam | {"StretchEnd::x of 4 components": "48"})
     message = (
         f"{name} does not fit filippov._core: StretchEnd::x of 4 components is 64 there and 48 "
         r"here \(expected modules of one build: install filippov again\)"
     )
     with pytest.raises(ImportError, match=f"^{message}$") as refused:
-        _seam.load(name)
+        seam.load(name)
     assert refused.value.name == name
     # and before anything is handed over
-    monkeypatch.setattr(_lanes, "_module", _seam_module)
-    monkeypatch.setattr(_lanes, "_made", {})
+    monkeypatch.setattr(lanes, "_module", _seam_module)
+    monkeypatch.setattr(lanes, "_made", {})
     with pytest.raises(ImportError, match="StretchEnd::x of 4 components is 64 there and 48 here"):
         fp.ensemble(fp.models.oscillator, [0.0, 0.0], (0.0, 1.0))
 
 
 def _seam_module(level):
-    return _seam.load(f"filippov._lanes_{level}")
+    return seam.load(f"filippov._lanes_{level}")
 
 
 def test_a_module_that_does_not_say_how_it_is_laid_out_is_refused(monkeypatch):
-    name = f"filippov._lanes_{_lanes.instruction_set()}"
-    monkeypatch.delattr(sys.modules.get(name) or _seam.load(name), "seam")
+    name = f"filippov._lanes_{lanes.instruction_set()}"
+    monkeypatch.delattr(sys.modules.get(name) or seam.load(name), "seam")
     with pytest.raises(ImportError, match="it does not say how it lays out what goes between them"):
-        _seam.load(name)
+        seam.load(name)
 
 
 def test_modules_export_nothing_of_the_library():
@@ -285,8 +286,8 @@ def test_modules_export_nothing_of_the_library():
     nm = shutil.which("nm")
     if nm is None or sys.platform != "linux":
         pytest.skip("needs nm, and symbols as Linux has them")
-    for name in ("_core", *(f"_lanes_{level}" for level in _lanes.instruction_sets())):
-        module = _seam.load(f"filippov.{name}")
+    for name in ("_core", *(f"_lanes_{level}" for level in lanes.instruction_sets())):
+        module = seam.load(f"filippov.{name}")
         run = subprocess.run(
             [nm, "-DC", "--defined-only", module.__file__],
             capture_output=True,
@@ -299,8 +300,8 @@ def test_modules_export_nothing_of_the_library():
 
 
 def test_every_module_says_the_same():
-    for level in _lanes.instruction_sets():
-        module = _seam.load(f"filippov._lanes_{level}")
+    for level in lanes.instruction_sets():
+        module = seam.load(f"filippov._lanes_{level}")
         assert module.seam == _core.seam
     assert len(_core.seam) > 100
     assert _core.seam["version"] == fp.__version__

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import filippov as fp
+from filippov._system.trace import Numbers
 
 #: Functions of which none is a multiple of another.
 BASES = [
@@ -88,7 +89,7 @@ def test_h_has_the_sign_of_what_was_written_first(seed):
             h = np.atleast_1d(here.h(t, x))
             for j, base in enumerate(first):
                 _, factor, switch = at[base]
-                names = fp._trace.Numbers(("x", "v"), x)
+                names = Numbers(("x", "v"), x)
                 u = FACTORS[factor](t, names, here.params) * BASES[base](t, names, here.params)
                 assert np.sign(h[j]) == SWITCHES[switch][1] * np.sign(u), (seed, terms, params, j)
 
@@ -102,7 +103,7 @@ def test_the_field_is_that_of_numpy_on_every_side_and_for_every_parameter(seed):
         here = system.with_params(**params)
         t, x = 3 * random.random(), 2 * random.standard_normal(2)
         side = np.sign(np.atleast_1d(here.h(t, x))).astype(int).tolist()
-        names = fp._trace.Numbers(("x", "v"), x)
+        names = Numbers(("x", "v"), x)
         wanted = -x[0]
         for k, (base, factor, switch) in enumerate(terms):
             u = FACTORS[factor](t, names, here.params) * BASES[base](t, names, here.params)
