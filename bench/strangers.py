@@ -982,25 +982,20 @@ def counter_family(number: int) -> Problem:
     limit = np.array([1.0] * n + [float(K)])
     kick = np.column_stack([kick, [1.0] * n + [-float(K)]])
     names = [*(f"x{i}" for i in range(n)), "c"]
-    jumps = (
-        ", ".join(
-            f'"{name}": ("{limit[j]!r} - {name}", lambda t, s, p: ('
-            + ", ".join(
-                f"s.{other} + {float(w)!r}" for other, w in zip(names, kick[j], strict=True)
-            )
-            + "))"
-            for j, name in enumerate(names)
-        )
-        .replace("np.float64(1.0)", "1.0")
-        .replace(f"np.float64({float(K)})", f"{float(K)}")
+    jumps = ", ".join(
+        f'"{name}": ("{float(limit[j])!r} - {name}", lambda t, s, p: ('
+        + ", ".join(f"s.{other} + {float(w)!r}" for other, w in zip(names, kick[j], strict=True))
+        + "))"
+        for j, name in enumerate(names)
     )
     rates = ", ".join(f"{float(rate[i])!r} - {float(leak[i])!r}*s.x{i}" for i in range(n))
     source = (
         f'f = fp.system(state="{" ".join(names)}", jumps={{{jumps}}})(lambda t, s, p: ({rates}, 0))'
     )
 
+    rest = np.divide(rate, leak, out=np.zeros(n), where=leak > 0)
+
     def moved(x: Floats, dt: float) -> Floats:
-        rest = np.divide(rate, leak, out=np.zeros(n), where=leak > 0)
         y = x.copy()
         y[:n] = np.where(leak > 0, rest + (x[:n] - rest) * np.exp(-leak * dt), x[:n] + rate * dt)
         return y
@@ -1021,7 +1016,6 @@ def counter_family(number: int) -> Problem:
         e = Exactly(x, end, largest=1.0)
         while len(e.changes) < 2000:
             with np.errstate(all="ignore"):
-                rest = rate / leak
                 late = np.where(
                     leak > 0, np.log((x[:n] - rest) / (1 - rest)) / leak, (1 - x[:n]) / rate
                 )
