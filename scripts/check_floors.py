@@ -40,7 +40,16 @@ GROUND, TOP = -1, len(FLOORS)
 
 # The same of the folders below python/filippov; what is directly in it stands on all of them, but
 # for the compiled core.
-PYTHON_FLOORS = ["_support", "_system", "_results", "_runs", "_orbits", "_basins", "_plot"]
+PYTHON_FLOORS = [
+    "_support",
+    "_system",
+    "models",
+    "_results",
+    "_runs",
+    "_orbits",
+    "_basins",
+    "_plot",
+]
 CORE = "_core"
 # What functions may import late, from whatever floor.
 LATE = {"_plot", "models", "_NAMES"}

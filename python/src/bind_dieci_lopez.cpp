@@ -6,10 +6,6 @@
 
 namespace filippov::python {
 
-std::shared_ptr<const Model> dieci_lopez() { return bind_model<models::DieciLopez>("dieci_lopez"); }
-std::shared_ptr<const Model> dieci_lopez_2() {
-    return bind_model<models::DieciLopez2>("dieci_lopez_2");
-}
 std::shared_ptr<const Model> dieci_lopez_2_moments() {
     return bind_model<WithMoments<models::DieciLopez2>>("dieci_lopez_2_moments");
 }

@@ -213,26 +213,9 @@ public:
     virtual DiagramColumns diagram(const DiagramTask& task) const = 0;
 };
 
-// The compiled models, one translation unit a header.
+// What formulas cannot say, or not as fast; one translation unit each.
 std::shared_ptr<const Model> oscillator();
-std::shared_ptr<const Model> coulomb();
 std::shared_ptr<const Model> stiction();
-std::shared_ptr<const Model> varying_belt();
-std::shared_ptr<const Model> dieci_lopez();
-std::shared_ptr<const Model> dieci_lopez_2();
 std::shared_ptr<const Model> dieci_lopez_2_moments();
-std::shared_ptr<const Model> two_blocks();
-std::shared_ptr<const Model> belt_chain_2();
-std::shared_ptr<const Model> belt_chain_3();
-std::shared_ptr<const Model> sign_plane();
-std::shared_ptr<const Model> planar_relay();
-std::shared_ptr<const Model> gene_switch();
-std::shared_ptr<const Model> bouncing_ball();
-std::shared_ptr<const Model> thermostat();
-std::shared_ptr<const Model> impact_belt();
-std::shared_ptr<const Model> relay();
-std::shared_ptr<const Model> stiff_relay();
-std::shared_ptr<const Model> unit_circle();
-std::shared_ptr<const Model> quartet();
 
 } // namespace filippov::python

@@ -152,6 +152,6 @@ def test_what_makes_no_sense_is_refused():
     with pytest.raises(ValueError, match="params"):
         fp.time_stepping(typed, [3, 0], (0, 1), params={"G": 1})
     with pytest.raises(TypeError, match="compiled model"):
-        fp.time_stepping(fp.models.thermostat, [15, 1], (0, 1))
+        fp.time_stepping(fp.models.stiction, [0, 0], (0, 1))
     with pytest.raises(ValueError, match="switches"):
         fp.time_stepping(fp.smoothed(typed), [3, 0], (0, 1))

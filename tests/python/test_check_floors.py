@@ -117,7 +117,7 @@ def test_lower_floors_the_core_and_pictures_within_functions_are_accepted(packag
         ("_system/system", "from filippov._plot import plot", "from a higher floor"),
         ("_system/system", "import filippov._plot.plot", "from a higher floor"),
         ("_system/system", "def f():\n    from filippov._runs.simulate import go", "higher floor"),
-        ("_system/system", "from filippov import models", "imports models from above"),
+        ("_system/system", "from filippov import models", "imports models from a higher floor"),
         ("_system/system", "from filippov import simulate", "imports simulate from above"),
         ("_system/trace", "from .trace import record", "_system.trace -> _system.trace"),
         ("_attic/box", "", "is in a folder on no floor"),

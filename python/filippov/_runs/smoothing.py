@@ -92,6 +92,7 @@ def smoothed(
         name=f"{sys.name}_smoothed",
         params=dict(sys.params) | added,
         smoothing=(law, band is not None),
+        built_in=False,
     )
     model, made = smooth.made()
     return System._of(model, switches_of(made), None, made)

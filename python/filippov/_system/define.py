@@ -55,6 +55,7 @@ class Definition:
     token: str = default(default_factory=lambda: os.urandom(16).hex())
     #: at which parameter values the period is known to be right
     repeats: Repeats = default(default_factory=Repeats, compare=False, repr=False)
+    built_in: bool = False  #: one of `filippov.models`, which its name tells
 
     def made(self) -> tuple[_core.Model, Definition]:
         """Compile it."""
@@ -266,13 +267,13 @@ def call(function: Function, what: str, t: Any, s: Any, p: Any) -> Any:  # noqa:
         ) from error
 
 
-def defaults_of(params: object) -> dict[str, float]:
+def defaults_of(params: object, *, typed: bool = True) -> dict[str, float]:
     """Check parameters and their default values."""
     if params is None:
         return {}
     if not isinstance(params, Mapping):
         refuse("params", params, "expected a mapping of names to default values", TypeError)
-    names_of("params", tuple(params))
+    names_of("params", tuple(params), typed=typed)
     for name, value in params.items():
         number(f"params[{name!r}]", value)
     if len(params) > _core.most_tape_params:
@@ -291,13 +292,20 @@ def define(
     surfaces: Mapping[str, Formula] | None = None,
     period: object = None,
     jumps: Mapping[str, tuple[Formula, Function]] | None = None,
+    typed: bool = True,
 ) -> tuple[_core.Model, Definition]:
-    """Record functions and compile them; see `filippov.system` and `filippov.System`."""
+    """Record functions and compile them; see `filippov.system` and `filippov.System`.
+
+    Parameters
+    ----------
+    typed : bool
+        Whether its names have to be such that Python can read them as words, unlike `lambda`.
+    """
     label_of("name", name)
     components = names_of("state", state)
     if not 1 <= len(components) <= _core.most_tape_dims:
         refuse("state", state, f"expected 1 to {_core.most_tape_dims} names")
-    defaults = defaults_of(params)
+    defaults = defaults_of(params, typed=typed)
     for both in set(components) & set(defaults):
         refuse("params", params, f"{both!r} is a name of the state, too")
     for what, given in (("surfaces", surfaces), ("jumps", jumps)):
@@ -409,6 +417,33 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
         By the sides of the surfaces where each one counts; "" for everywhere.
     """
     check_period(model, definition)
+    points = list(_points_to_compare(model, definition, functions))
+    # of the values, so far; in the beginning of all, where those are small
+    size = min(1.0, max((_largest(wanted) for *_, wanted, _ in points), default=0.0))
+    p = Numbers(tuple(definition.params), np.array(list(definition.params.values())))
+    for function, t, x, wanted, got in points:
+        size = max(size, _largest(wanted))
+        for i, name in enumerate(definition.state):
+            if not math.isfinite(wanted[i]) or _close(got[i], wanted[i], size):
+                continue
+            by_rounding = _moved_by_rounding(function, definition, t, x, p)[i]
+            if abs(got[i] - wanted[i]) <= 4 * by_rounding:
+                continue
+            at = ", ".join(
+                f"{key} = {float(v):.6g}" for key, v in zip(definition.state, x, strict=True)
+            )
+            raise DefinitionError(
+                f"{definition.name}: the derivative of {name} was recorded as"
+                f" {float(got[i]):.9g}, and is {float(wanted[i]):.9g} at t = {t:.6g}, {at}. A"
+                " function is called once, to be recorded: it cannot use random numbers, change"
+                " what it uses, or write into arrays"
+            )
+
+
+def _points_to_compare(
+    model: _core.Model, definition: Definition, functions: Mapping[str, Function]
+) -> Iterator[tuple[Function, float, Floats, Floats, Floats]]:
+    """Yield a function, time and state, and the derivatives there as typed and as recorded."""
     random = np.random.default_rng(20080131)
     values = np.array(list(definition.params.values()))
     p = Numbers(tuple(definition.params), values)

@@ -587,19 +587,14 @@ class System:
     def _identity(self) -> dict[str, Any]:
         """Tell which equations it has, as JSON can hold it; parameter values are apart."""
         told: dict[str, Any] = {"name": self.name, "state": list(self.state)}
-        if self._definition is not None:
+        if self._definition is not None and not self._definition.built_in:
             told["formulas"] = self._definition.identity()
         return told
 
     def _formulas(self) -> Definition:
-        if self._definition is not None:
-            return self._definition
-        from .model_formulas import formulas_of
-
-        known = formulas_of(self.name, self.state, self._params)
-        if known is None:
+        if self._definition is None:
             raise TypeError(f"{self.name} is a compiled model: its formulas are not known here")
-        return known
+        return self._definition
 
     def _splits(self) -> int:
         return sum(kind != "jump" for kind in self.kinds)
@@ -652,12 +647,8 @@ class System:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        if self._definition is not None:
+        if self._definition is not None and not self._definition.built_in:
             return restore_defined, (self._definition.plain(), dict(self._params))
-        from filippov import models
-
-        if getattr(models, self.name, None) is None:
-            raise TypeError(f"cannot pickle {self.name!r}: it is not among filippov.models")
         return restore, (self.name, dict(self._params))
 
     # --- arguments ----------------------------------------------------------------------------
@@ -689,11 +680,12 @@ class System:
         ends : mapping, optional
             Ends of the ranges of some of them: every combination is looked at.
         """
-        if self._definition is None or self._definition.period is None:
+        definition = self._definition
+        if definition is None or definition.built_in or definition.period is None:
             return
         for values in itertools.product(*(ends or {}).values()):
             here = dict(params) | dict(zip(ends or {}, map(float, values), strict=True))
-            require_period(self._model, self._definition, here)
+            require_period(self._model, definition, here)
 
     def _positive(self) -> tuple[str, ...]:
         """Parameters that have to be > 0."""

@@ -6,7 +6,6 @@
 #include <filippov/ensemble/any_lanes.hpp>
 
 #include <memory>
-#include <string>
 
 namespace filippov {
 class TapeProgram;
@@ -25,14 +24,12 @@ inline constexpr const char* scalar_capsule = "filippov.AnyScalar";
 inline constexpr const char* tapes_capsule = "filippov.TapeProgram";
 
 LanesPointer oscillator_lanes(const ScalarPointer& scalar);
-LanesPointer friction_lanes(const std::string& name, const ScalarPointer& scalar);
-LanesPointer relay_lanes(const std::string& name, const ScalarPointer& scalar);
+LanesPointer stiction_lanes(const ScalarPointer& scalar);
 using TapesPointer = std::shared_ptr<const TapeProgram>;
 /// Parameters with what is derived from them, as in tape_model.hpp.
 inline constexpr int tape_params = 32;
 
 /// Of a system of formulas with one surface.
 LanesPointer tape_lanes(int dim, const TapesPointer& tapes, const ScalarPointer& scalar);
-LanesPointer plane_lanes(const std::string& name, const ScalarPointer& scalar);
 
 } // namespace filippov::python

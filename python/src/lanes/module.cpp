@@ -16,12 +16,8 @@ filippov::python::LanesPointer lanes_of(const std::string& name,
     namespace fpy = filippov::python;
     if (name == "oscillator")
         return fpy::oscillator_lanes(scalar);
-    if (name == "coulomb" || name == "stiction" || name == "varying_belt")
-        return fpy::friction_lanes(name, scalar);
-    if (name == "relay" || name == "stiff_relay" || name == "planar_relay")
-        return fpy::relay_lanes(name, scalar);
-    if (name == "unit_circle" || name == "quartet" || name == "dieci_lopez")
-        return fpy::plane_lanes(name, scalar);
+    if (name == "stiction")
+        return fpy::stiction_lanes(scalar);
     throw std::invalid_argument("filippov: no lanes of " + name);
 }
 
