@@ -7,9 +7,10 @@
 # Time is kept by building each thing once: a test with all sanitizers, or by g++ (without fused
 # products all round alike; `scripts/stress.sh sanitize` has every test with sanitizers, the preset
 # release with -O3), each header alone by clang; without those checks of every pointer that the
-# address sanitizer makes anyway (the preset ubsan has all); lanes for this machine alone; and by
-# ccache, where it is installed. FILIPPOV_LEAN=ON in the environment compiles benchmarks and the
-# Python package in half the time, for runs that take twice as long.
+# address sanitizer makes anyway (the preset ubsan has all), and without line numbers in what the
+# sanitizers find; lanes for this machine alone; and by ccache, where it is installed.
+# FILIPPOV_LEAN=ON in the environment compiles benchmarks and the Python package in half the time,
+# for runs that take twice as long.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -60,10 +61,12 @@ build() {
     cmake --build --preset "$1"
 }
 build as-used
+flags="-O0 -g0" # what a sanitizer finds names its functions; the preset as it stands names lines, too
 if command -v clang++-16 >/dev/null; then
     export CXX=clang++-16
+    flags+=" -mllvm -asan-instrumentation-with-call-threshold=0" # checks are calls
 fi
-build sanitize -DFILIPPOV_TESTS=short -DFILIPPOV_BUILD_EXAMPLES=OFF
+build sanitize -DFILIPPOV_TESTS=short -DFILIPPOV_BUILD_EXAMPLES=OFF "-DCMAKE_CXX_FLAGS_DEBUG=$flags"
 
 for preset in as-used sanitize; do
     step "C++ tests: $preset"

@@ -3,8 +3,8 @@
 
 #include <filippov/formulas/tape_system.hpp>
 
-#include <array>
 #include <stdexcept>
+#include <utility>
 
 namespace filippov::python {
 
@@ -13,18 +13,31 @@ namespace {
 /// Wide: an instruction is read once for more of them.
 constexpr int width = 2 * native_lanes;
 
-template <int N> LanesPointer lanes_of(const TapesPointer& tapes, const ScalarPointer& scalar) {
-    return any_lanes<width>(TapeSystem<N, 1, tape_params>(tapes), scalar);
+/// Lanes of a system of N components, if it has so many.
+template <int N>
+LanesPointer lanes_of(int dim, const TapesPointer& tapes, const ScalarPointer& scalar) {
+    if constexpr (N <= most_exact_dims)
+        if (N == dim)
+            return any_lanes<width>(TapeSystem<N, 1, tape_params>(tapes), scalar);
+    return nullptr;
+}
+
+template <int... N>
+LanesPointer lanes_of_one(std::integer_sequence<int, N...>, int dim, const TapesPointer& tapes,
+                          const ScalarPointer& scalar) {
+    LanesPointer lanes;
+    static_cast<void>(((lanes = lanes_of<N>(dim, tapes, scalar)) || ...));
+    return lanes;
 }
 
 } // namespace
 
 LanesPointer tape_lanes(int dim, const TapesPointer& tapes, const ScalarPointer& scalar) {
-    static constexpr std::array make{&lanes_of<1>, &lanes_of<2>, &lanes_of<3>, &lanes_of<4>,
-                                     &lanes_of<5>, &lanes_of<6>, &lanes_of<7>, &lanes_of<8>};
-    if (dim < 1 || std::size_t(dim) > make.size())
+    constexpr std::integer_sequence<int, FILIPPOV_TAPE_DIMS> compiled;
+    LanesPointer lanes = lanes_of_one(compiled, dim, tapes, scalar);
+    if (!lanes)
         throw std::invalid_argument("filippov: no lanes of so many components");
-    return make[std::size_t(dim - 1)](tapes, scalar);
+    return lanes;
 }
 
 } // namespace filippov::python
