@@ -23,7 +23,7 @@ foreach(order IN ITEMS sorted reversed)
   list(APPEND alone_files ${CMAKE_CURRENT_BINARY_DIR}/alone/${order}.cpp)
 endforeach()
 add_library(filippov_headers_alone OBJECT ${alone_files})
-target_link_libraries(filippov_headers_alone PRIVATE filippov::filippov
+target_link_libraries(filippov_headers_alone PRIVATE filippov::compiled
                                                      $<TARGET_NAME_IF_EXISTS:filippov::gsl>)
 target_precompile_headers(filippov_headers_alone PRIVATE alone/eigen.hpp)
 target_compile_options(filippov_headers_alone

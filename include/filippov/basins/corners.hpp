@@ -3,9 +3,9 @@
 #pragma once
 
 #include <filippov/basins/contours.hpp>
+#include <filippov/orbits/dense.hpp>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <array>
@@ -117,7 +117,7 @@ struct SideFit {
                                           const PicturePoint& axis) {
         SideFit side{.origin = origin, .axis = axis, .normal = left_of(axis)};
         const auto n = Eigen::Index(probes.size());
-        Eigen::Matrix<double, Eigen::Dynamic, 4> A(n, 4);
+        Matrix A(n, 4);
         Eigen::VectorXd y(n);
         for (Eigen::Index k = 0; k < n; ++k) {
             const Probe& p = probes[std::size_t(k)];
@@ -131,7 +131,7 @@ struct SideFit {
         // Columns of very different size: scaled by the farthest station.
         const double far = A(n - 1, 1);
         const Eigen::Vector4d scale(1, far, far * far, far * far * far);
-        side.c = (A * scale.cwiseInverse().asDiagonal()).householderQr().solve(y);
+        side.c = dense::least_squares(A * scale.cwiseInverse().asDiagonal(), y);
         side.c = side.c.cwiseQuotient(scale);
         return side;
     }

@@ -3,8 +3,7 @@
 #pragma once
 
 #include <filippov/basins/boundary.hpp>
-
-#include <Eigen/Eigenvalues>
+#include <filippov/orbits/dense.hpp>
 
 #include <algorithm>
 #include <array>
@@ -245,12 +244,12 @@ inline UnstableSet unstable_direction(const StrobePicture& picture, const Strobe
         refuse("saddle.multipliers", double(unstable),
                "expected exactly one outside the unit circle, a real one");
     const auto k = std::size_t(point);
-    const Eigen::EigenSolver<Matrix> eigen(saddle.round(k));
+    const dense::EigenPairs eigen = dense::eigen_pairs(saddle.round(k));
     Eigen::Index largest = 0, leading = 0;
-    eigen.eigenvalues().cwiseAbs().maxCoeff(&largest);
+    eigen.values.cwiseAbs().maxCoeff(&largest);
     UnstableSet set{.saddle = saddle.points[k],
-                    .direction = eigen.eigenvectors().col(largest).real(),
-                    .multiplier = eigen.eigenvalues()[largest].real(),
+                    .direction = eigen.vectors.col(largest).real(),
+                    .multiplier = eigen.values[largest].real(),
                     .turn = saddle.period(),
                     .branches = {}};
     const Vector size = set.direction.cwiseQuotient(picture.unit);

@@ -3,9 +3,8 @@
 #pragma once
 
 #include <filippov/orbits/arclength.hpp>
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/floquet.hpp>
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <array>
@@ -405,7 +404,7 @@ inline Multipliers floquet_of_grazing_child(const AnySystem& system, const Slidi
                 .slope.row(0)
                 .head(m);
     normals.rowwise().normalize();
-    const Matrix all = Eigen::HouseholderQR<Matrix>(normals.transpose()).householderQ();
+    const Matrix all = dense::orthogonal(normals.transpose());
     const Matrix Q = all.rightCols(m - 2);
     Matrix M = Q;
     for (std::size_t i = 0; i < c.size(); ++i) {

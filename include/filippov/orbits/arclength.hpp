@@ -2,9 +2,8 @@
 // Pseudo-arclength: steps along a curve F(z) = 0 with one unknown more than equations.
 #pragma once
 
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/detail/shooting.hpp>
-
-#include <Eigen/QR>
 
 namespace filippov {
 
@@ -19,7 +18,7 @@ public:
     /// Unit tangent in scaled unknowns where J is the Jacobian, oriented along `like`.
     Vector tangent(const Matrix& J, const Vector& like) const {
         const Matrix scaled = J * scale_.asDiagonal();
-        const Matrix Q = Eigen::HouseholderQR<Matrix>(scaled.transpose()).householderQ();
+        const Matrix Q = dense::orthogonal(scaled.transpose());
         Vector t = Q.col(Q.cols() - 1);
         return t.dot(like) < 0 ? Vector(-t) : t;
     }

@@ -2,10 +2,8 @@
 // Periodic orbits of a word, and their Floquet multipliers.
 #pragma once
 
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/detail/shooting.hpp>
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 #include <cmath>
 #include <complex>
@@ -68,7 +66,7 @@ inline Matrix node_tangent(const AnySystem& system, const Cycle& c, std::size_t 
     Matrix C(Eigen::Index(normals.size()), m);
     for (std::size_t k = 0; k < normals.size(); ++k)
         C.row(Eigen::Index(k)) = normals[k] / normals[k].norm();
-    const Matrix Q = Eigen::HouseholderQR<Matrix>(C.transpose()).householderQ();
+    const Matrix Q = dense::orthogonal(C.transpose());
     return Q.rightCols(m - C.rows());
 }
 
@@ -79,7 +77,7 @@ inline std::vector<std::complex<double>> eigenvalues_of(const Matrix& J) {
     if (!J.allFinite()) // none of them is known to be stable
         return std::vector<std::complex<double>>(std::size_t(J.rows()),
                                                  std::numeric_limits<double>::quiet_NaN());
-    const Eigen::VectorXcd values = J.eigenvalues();
+    const Eigen::VectorXcd values = dense::eigenvalues(J);
     return {values.begin(), values.end()};
 }
 /// Eigenvalues of a return map, and the multipliers that are known: 1 of an autonomous system, and
@@ -266,10 +264,7 @@ inline Convergence solved_already(const AnySystem& system, const Cycle& cycle) {
     Matrix J = e.J * shooting.scales(cycle).asDiagonal();
     const Vector size = J.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
     J = size.cwiseInverse().asDiagonal() * J;
-    Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
-    solver.setThreshold(1e-6);
-    solver.compute(J);
-    c.step = solver.solve(e.F.cwiseQuotient(size)).norm();
+    c.step = dense::shortest(J, e.F.cwiseQuotient(size), 1e-6).norm();
     if (c.step < 1e-9)
         c.status = Status::ok;
     return c;

@@ -4,11 +4,9 @@
 
 #include <filippov/core/statistics.hpp>
 #include <filippov/orbits/arclength.hpp>
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/floquet.hpp>
 #include <filippov/orbits/maps.hpp>
-
-#include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -84,7 +82,7 @@ inline bool least_newton(const Equations& equations, Vector& z, const Vector& sc
         if (!equations(z, F, J) || !F.allFinite() || !J.allFinite())
             return false;
         const Matrix scaled = J * scale.asDiagonal();
-        const Vector dz = -scale.cwiseProduct(scaled.completeOrthogonalDecomposition().solve(F));
+        const Vector dz = -scale.cwiseProduct(dense::shortest(scaled, F));
         if (!dz.allFinite())
             return false;
         z += dz;
@@ -400,7 +398,7 @@ inline std::vector<Equilibrium> equilibria(const AnySystem& system, const StateB
         e.real = std::abs(e.s) < system.s_max(p);
         // the sliding flow's Jacobian on the tangent plane of the surface
         const Matrix normal = h_at(e.x).slope.leftCols(d).transpose();
-        const Matrix Q = Eigen::HouseholderQR<Matrix>(normal).householderQ();
+        const Matrix Q = dense::orthogonal(normal);
         const Matrix tangent = Q.rightCols(d - 1);
         const Matrix J = system.rate(0, 0, e.x, p, {}).slope.leftCols(d);
         e.eigenvalues = detail::eigenvalues_of(tangent.transpose() * J * tangent);
@@ -430,11 +428,11 @@ inline void describe_boundary_equilibrium(const AnySystem& system, const Vector&
     // in units of the box, and of what each component of the field is made of
     const Matrix scaled = N * size.asDiagonal();
     const Vector rows = scaled.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
-    const Eigen::FullPivLU<Matrix> lu(rows.cwiseInverse().asDiagonal() * scaled);
-    const Vector step = size.cwiseProduct(lu.solve((other.value - f.value).cwiseQuotient(rows)));
+    const auto [x, regular] = dense::solve_and_judge(rows.cwiseInverse().asDiagonal() * scaled,
+                                                     (other.value - f.value).cwiseQuotient(rows));
+    const Vector step = size.cwiseProduct(x);
     const double across = e.side * normal.dot(step);
-    if (!lu.isInvertible() ||
-        !(std::abs(across) > 1e-9 * normal.cwiseProduct(step).cwiseAbs().sum()))
+    if (!regular || !(std::abs(across) > 1e-9 * normal.cwiseProduct(step).cwiseAbs().sum()))
         e.encounter = Equilibrium::Encounter::degenerate;
     else
         e.encounter =

@@ -2,9 +2,8 @@
 // Lyapunov exponents through crossings and slides.
 #pragma once
 
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/discrete.hpp>
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -293,14 +292,12 @@ private:
     Eigen::Index rank(const Matrix& M, double part) const {
         if (now_.Q.cols() == 0)
             return 0;
-        const Eigen::ColPivHouseholderQR<Matrix> qr(M * now_.Q);
-        return (qr.matrixQR().diagonal().cwiseAbs().array() > part * M.norm()).count();
+        return (dense::pivots(M * now_.Q).array() > part * M.norm()).count();
     }
     static constexpr double hidden = 1e-9; ///< its logarithm is right to 1e-7
     /// A slide leaves no more than the directions of the surface: those that M keeps.
     void forget(const Matrix& M, Eigen::Index kept, Growth& growth) {
-        const Eigen::ColPivHouseholderQR<Matrix> rows((M * now_.Q).transpose());
-        const Matrix all = rows.householderQ();
+        const Matrix all = dense::orthogonal_by_size((M * now_.Q).transpose());
         now_.Q = (now_.Q * all.leftCols(kept)).eval();
         growth.forgot = true;
     }
@@ -313,7 +310,7 @@ private:
             now_.Q = Matrix::Identity(d, d);
             return;
         }
-        const Matrix all = Eigen::HouseholderQR<Matrix>(now_.Q).householderQ();
+        const Matrix all = dense::orthogonal(now_.Q);
         Matrix full(d, d);
         full << now_.Q, all.rightCols(d - kept);
         now_.Q = full;
@@ -323,11 +320,10 @@ private:
             growth.logs.resize(0);
             return true;
         }
-        const Eigen::HouseholderQR<Matrix> qr(V);
-        const Vector r = qr.matrixQR().diagonal().head(V.cols()).cwiseAbs();
+        const auto [Q, r] = dense::frame(V);
         if (!(r.minCoeff() > 0))
             return ended(Status::not_finite, "A tangent vector became zero or not finite.");
-        now_.Q = qr.householderQ() * Matrix::Identity(V.rows(), V.cols());
+        now_.Q = Q;
         // the vectors that are left, in their order
         const Vector before = growth.logs.size() > 0 ? Vector(growth.logs.head(r.size()))
                                                      : Vector(Vector::Zero(r.size()));

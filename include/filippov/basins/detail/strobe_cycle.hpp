@@ -2,11 +2,9 @@
 // Cycles of the strobe map of a forced system, by Newton's method with exact derivatives.
 #pragma once
 
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/discrete.hpp>
 #include <filippov/orbits/maps.hpp>
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <complex>
@@ -79,7 +77,7 @@ private:
             return step;
         const auto k = Eigen::Index(part.rest.size());
         const Matrix J = part.of_rest(M) - Matrix::Identity(k, k);
-        const Vector of_rest = J.partialPivLu().solve(part.of_rest(Vector(m.x - x)));
+        const Vector of_rest = dense::solve(J, part.of_rest(Vector(m.x - x)));
         step(part.rest) = of_rest;
         return step;
     }
@@ -125,7 +123,7 @@ private:
     static std::vector<std::complex<double>> multipliers_of(const Matrix& round, int lost) {
         if (round.size() == 0)
             return {};
-        const Eigen::VectorXcd mu = round.eigenvalues();
+        const Eigen::VectorXcd mu = dense::eigenvalues(round);
         std::vector<std::complex<double>> sorted(mu.begin(), mu.end());
         std::sort(sorted.begin(), sorted.end(), larger);
         const auto known = std::size_t(std::max(int(sorted.size()) - lost, 0));

@@ -3,8 +3,7 @@
 #pragma once
 
 #include <filippov/continuation/detail/curve_start.hpp>
-
-#include <Eigen/SVD>
+#include <filippov/orbits/dense.hpp>
 
 #include <algorithm>
 #include <array>
@@ -148,7 +147,7 @@ inline std::optional<CurvePlace> smooth_place(const CurvePlane& plane, const Cur
     if (at.status != Status::ok)
         return std::nullopt;
     const Matrix K = at.K.leftCols(n) * scale.head(n).asDiagonal();
-    const Vector v = Eigen::JacobiSVD<Matrix>(K, Eigen::ComputeFullV).matrixV().col(n - 1);
+    const Vector v = dense::least_stretched(K);
     p.z.tail(n) = scale.head(n).cwiseProduct(v);
     Vector all(m + n);
     all << scale, scale.head(n);

@@ -6,8 +6,7 @@
 #include <filippov/continuation/detail/curve_place.hpp>
 #include <filippov/continuation/detail/multiplier_tests.hpp>
 #include <filippov/continuation/detail/sliding_point.hpp>
-
-#include <Eigen/LU>
+#include <filippov/orbits/dense.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -51,7 +50,7 @@ inline double fold_test(const CurvePlace& here, const Vector& z) {
     const Vector scale = here.curve->scale().head(n);
     const Matrix K = e.K.leftCols(n) * scale.asDiagonal();
     bordered << K, bent, v.head(n).cwiseQuotient(scale).transpose(), 0.0;
-    return bordered.partialPivLu().determinant();
+    return dense::determinant(bordered);
 }
 /// What distinguishes a bifurcation from a degenerate one: the next derivative at the node, or that
 /// of a fold.

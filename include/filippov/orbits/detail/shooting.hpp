@@ -3,9 +3,8 @@
 // Newton's iteration.
 #pragma once
 
+#include <filippov/orbits/dense.hpp>
 #include <filippov/orbits/word.hpp>
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -395,7 +394,7 @@ inline Convergence newton(const Equations& equations, const Vector& scale, Vecto
     for (; c.iterations < max_iterations;) {
         ++c.iterations;
         const Matrix scaled = J * scale.asDiagonal();
-        const Vector dz = -scale.cwiseProduct(scaled.partialPivLu().solve(F));
+        const Vector dz = -scale.cwiseProduct(dense::solve(scaled, F));
         const double step = dz.cwiseQuotient(scale).cwiseAbs().maxCoeff();
         if (!(step < std::numeric_limits<double>::infinity()))
             return c;
