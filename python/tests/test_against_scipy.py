@@ -21,6 +21,7 @@ def against_scipy(monkeypatch):
     return importlib.import_module("against_scipy")
 
 
+@pytest.mark.slow
 def test_both_programs_agree_and_the_tables_are_written(tmp_path, against_scipy):
     page = tmp_path / "page.md"
     page.write_text(f"before\n{against_scipy.BEGIN}\nold\n{against_scipy.END}\nafter\n")

@@ -50,6 +50,7 @@ def test_a_relay_is_followed_by_its_closed_form(strangers):
     assert 1.25 * (math.sin(t1) - math.sin(t0)) == pytest.approx(t0 - t1, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "family",
     [

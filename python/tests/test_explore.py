@@ -60,6 +60,7 @@ def test_the_cells_run_as_they_stand(cells):
     assert sum(abs(slope - multiplier) < 1e-6 for slope in slopes) == 2
 
 
+@pytest.mark.slow
 def test_every_place_has_its_words_and_pictures(page, cells):
     for A, omega, _ in cells["place"].options.values():
         said, _ = shown(page, A, omega)
@@ -161,6 +162,7 @@ def knob(browser, label):
     raise AssertionError(f"no slider {label}")
 
 
+@pytest.mark.slow
 def test_the_page_follows_its_sliders_in_a_browser(browser, address, tmp_path):
     from selenium.webdriver import ActionChains, Keys
     from selenium.webdriver.support.ui import WebDriverWait

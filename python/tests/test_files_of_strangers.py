@@ -339,6 +339,7 @@ def mutate(plain, random):
     return plain
 
 
+@pytest.mark.slow
 def test_nothing_that_is_written_leaves_its_place(tmp_path):
     random = np.random.default_rng(20080131)
     bases = [

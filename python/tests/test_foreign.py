@@ -127,6 +127,7 @@ def test_numba_orbit_and_its_multipliers(by_numba):
     assert orbit.multipliers == pytest.approx(wanted.multipliers, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_numba_in_ensembles_and_basins(by_numba):
     starts = np.random.default_rng(1).normal(size=(2, 50))
     a, b = (fp.ensemble(s, starts, (0, 20), rtol=1e-9) for s in (by_numba, recorded))

@@ -116,6 +116,7 @@ def after(system, t, x, params):
     }[system.name]()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 def test_models_are_those_of_the_headers(tmp_path):
     assert sorted(IN_THE_HEADERS) == fp.models.__all__

@@ -209,6 +209,7 @@ print(*check_cells(), sep="\\n", end="")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", lanes.LEVELS)
 def test_members_that_are_handed_over_end_where_single_runs_end(level):
     if level not in lanes.instruction_sets():

@@ -156,6 +156,7 @@ def test_an_orbit_of_forced_modes_must_be_a_solution():
     assert not moved.success
 
 
+@pytest.mark.slow
 def test_exponents_of_a_chain():
     chain = models.belt_chain_2.with_params(V=0.4)
     orbit = fp.periodic_orbit(chain, x0=[0.5, 0, -0.3, 0])
@@ -215,6 +216,7 @@ def test_diagrams_of_several_surfaces_and_of_impacts():
     assert (impacts.y[1] < 0).all()
 
 
+@pytest.mark.slow
 def test_basins_of_impacts():
     # beyond the grazing of the free orbit: it and one that impacts once in two periods
     belt = models.impact_belt.with_params(A=0.8, omega=0.5, F=0.4, V=0.2, e=0.5, wall=1.196)

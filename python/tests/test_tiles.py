@@ -266,6 +266,7 @@ def test_a_saved_result_is_loaded(tmp_path, whole, kind):
     assert dict(loaded.params).keys() == dict(whole[kind].params).keys()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # the cluster's own
 def test_a_cluster_gives_the_same(tmp_path, whole):
     distributed = pytest.importorskip("distributed")

@@ -58,6 +58,7 @@ def ball(t, s, p):
     return s.v, -9.8 - 0.01 * abs(s.v) ** 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 def test_the_struct_runs_as_the_system_does(tmp_path):
     own = "".join(system.to_cpp() for system in (block, pair, ball))

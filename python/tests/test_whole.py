@@ -79,6 +79,7 @@ def test_a_killed_save_leaves_what_was_there_or_is_there_now(target):
     assert left > 0  # else nothing was killed in the middle
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="kills by SIGKILL")
 def test_whoever_loads_meanwhile_gets_one_or_the_other(target):
     fp.simulate(BLOCK, [0, 0], (0, 40), t_eval=[0, 40]).save(target)
@@ -150,6 +151,7 @@ CREATES = """
 """
 
 
+@pytest.mark.slow
 def test_two_processes_that_create_one_store_share_it(tmp_path):
     pytest.importorskip("zarr")
     for turn in range(6):

@@ -29,3 +29,10 @@
 #else
 #define FILIPPOV_UNREACHABLE() ((void)0)
 #endif
+
+/// Functions of the library filippov::compiled, where a program has that; else they are inline.
+#ifdef FILIPPOV_COMPILED
+#define FILIPPOV_IN_LIBRARY
+#else
+#define FILIPPOV_IN_LIBRARY inline
+#endif

@@ -12,12 +12,6 @@
 #include <Eigen/SVD>
 #endif
 
-#ifdef FILIPPOV_COMPILED
-#define FILIPPOV_IN_LIBRARY
-#else
-#define FILIPPOV_IN_LIBRARY inline
-#endif
-
 namespace filippov::dense {
 
 /// x of A x = b, A square and regular.

@@ -16,7 +16,7 @@ for _name in __all__:
     _module = import_module(f"{__name__}.{_name}")
     globals()[_name] = getattr(_module, _name)  # the system, where the import put its module
     _text = inspect.cleandoc(_module.__doc__ or "").replace("\n", "\n    ")
-    __doc__ += f"\n`{_name}`\n    {_text}\n"
+    __doc__ += f"\n\n`{_name}`\n    {_text}"
 del _name, _module, _text
 
 if TYPE_CHECKING:
