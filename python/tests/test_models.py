@@ -175,3 +175,11 @@ def test_a_smoothed_model_is_kept_with_its_formulas(tmp_path):
     run = fp.simulate(smooth, [0.1, 0, 0], (0, 1), method="rodas5p")
     run.save(tmp_path / "run.npz")
     assert fp.load(tmp_path / "run.npz").system == smooth
+
+
+@pytest.mark.parametrize("name", ["oscillator", "stiction", "impact_belt"])
+def test_a_period_that_is_none_is_refused_by_name(name):
+    system = getattr(fp.models, name)
+    for omega in (-1.0, 0.0):
+        with pytest.raises(ValueError, match=rf"params = .*expected a period > 0 of {name}, got"):
+            fp.strobe_map(system, [0, 0], params={"omega": omega})

@@ -707,7 +707,7 @@ class System:
         forced = "period" in self.capabilities
         period = self._model.period(self._values(params))
         if forced and not 0 < period < np.inf:
-            got = period_of(self._formulas(), params)
+            got = period if self._definition is None else period_of(self._definition, params)
             refuse("params", params, f"expected a period > 0 of {self.name}, got {got:.9g}")
         return forced
 
