@@ -5,7 +5,7 @@ Two blocks joined by a spring stick and slip in turn: the bifurcation diagram ov
 the belt, points where the first block begins to slip, and the orbits with their multipliers. A
 block that is forced in front of a wall, moved towards it: the wall at which the free orbit grazes,
 and what impacts make of it there.
-Usage: python 10_several_surfaces.py [picture.png] [values]
+Usage: python 10_several_surfaces.py [picture.png] [values]  (400 make a fine picture, in minutes)
 """
 
 import sys
@@ -18,20 +18,20 @@ import filippov as fp
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-n = int(sys.argv[2]) if len(sys.argv) > 2 else 400
+n = int(sys.argv[2]) if len(sys.argv) > 2 else 120
 
 # --- stick and slip of two blocks ---
 chain = fp.models.belt_chain_2
 start = [0.5, 0.0, -0.3, 0.0]
 slips = fp.bifurcation_diagram(
-    chain, V=np.linspace(0.05, 0.4, n), x0=start, surface=0, transient=600, keep=300
+    chain, V=np.linspace(0.05, 0.4, n), x0=start, surface=0, transient=400, keep=200
 )
 print("two blocks: orbits at the belt's velocity V")
 for V in (0.4, 0.35, 0.3, 0.2):
     orbit = fp.periodic_orbit(chain.with_params(V=V), x0=start)
     sizes = ", ".join(f"{abs(m):.6f}" for m in orbit.multipliers)
     print(f"  V = {V}: period {orbit.period:.9f}, word {orbit.word}, |multipliers| {sizes}")
-chaos = fp.lyapunov(chain.with_params(V=0.1), start, transient=500, window=3000)
+chaos = fp.lyapunov(chain.with_params(V=0.1), start, transient=500, window=1000)
 lost = int(np.isneginf(chaos.exponents).sum())
 sign = "positive" if chaos.exponents[0] > 0.01 else "not positive"
 print(f"  V = 0.1: largest Lyapunov exponent {sign}, {lost} directions lost to slides")
@@ -52,7 +52,7 @@ free = fp.simulate(
 wall = free.events[free.events["kind"] == "section"]["x_left"][-4:, 0].max()
 print(f"\nblock and wall: the free orbit grazes a wall at {wall:.9f}")
 walls = np.linspace(1.05, 1.25, n)
-settings = {"section": "strobe", "transient": 300, "keep": 60, "follow": True}
+settings = {"section": "strobe", "transient": 100, "keep": 60, "follow": True}
 nearer = fp.bifurcation_diagram(block, wall=walls[::-1], **settings)
 farther = fp.bifurcation_diagram(block, wall=walls, **settings)
 impacts = fp.bifurcation_diagram(
