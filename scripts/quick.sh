@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The quick checks, in less than five minutes once scripts/develop.sh has run.
+# The quick checks, in less than ten minutes on two cores, once scripts/develop.sh has run.
 #
 #   scripts/quick.sh              format, floors, types, and the Python tests that are not slow
 #   scripts/quick.sh test_guards  one C++ test, or several, built and run (the preset dev)
