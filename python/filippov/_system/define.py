@@ -417,10 +417,10 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
         By the sides of the surfaces where each one counts; "" for everywhere.
     """
     check_period(model, definition)
-    points = list(_points_to_compare(model, definition, functions))
+    p = Numbers(tuple(definition.params), np.array(list(definition.params.values())))
+    points = list(_points_to_compare(model, definition, functions, p))
     # of the values, so far; in the beginning of all, where those are small
     size = min(1.0, max((_largest(wanted) for *_, wanted, _ in points), default=0.0))
-    p = Numbers(tuple(definition.params), np.array(list(definition.params.values())))
     for function, t, x, wanted, got in points:
         size = max(size, _largest(wanted))
         for i, name in enumerate(definition.state):
@@ -441,12 +441,11 @@ def check(model: _core.Model, definition: Definition, functions: Mapping[str, Fu
 
 
 def _points_to_compare(
-    model: _core.Model, definition: Definition, functions: Mapping[str, Function]
+    model: _core.Model, definition: Definition, functions: Mapping[str, Function], p: Numbers
 ) -> Iterator[tuple[Function, float, Floats, Floats, Floats]]:
     """Yield a function, time and state, and the derivatives there as typed and as recorded."""
     random = np.random.default_rng(20080131)
     values = np.array(list(definition.params.values()))
-    p = Numbers(tuple(definition.params), values)
     n = len(definition.state)
     for k in range(24):
         t = 10.0 * random.random()

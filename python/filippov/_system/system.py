@@ -587,9 +587,14 @@ class System:
     def _identity(self) -> dict[str, Any]:
         """Tell which equations it has, as JSON can hold it; parameter values are apart."""
         told: dict[str, Any] = {"name": self.name, "state": list(self.state)}
-        if self._definition is not None and not self._definition.built_in:
-            told["formulas"] = self._definition.identity()
+        if (own := self._own_definition()) is not None:
+            told["formulas"] = own.identity()
         return told
+
+    def _own_definition(self) -> Definition | None:
+        """Give its formulas, None for a model in `filippov.models`, which its name tells."""
+        definition = self._definition
+        return None if definition is None or definition.built_in else definition
 
     def _formulas(self) -> Definition:
         if self._definition is None:
@@ -647,8 +652,8 @@ class System:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        if self._definition is not None and not self._definition.built_in:
-            return restore_defined, (self._definition.plain(), dict(self._params))
+        if (own := self._own_definition()) is not None:
+            return restore_defined, (own.plain(), dict(self._params))
         return restore, (self.name, dict(self._params))
 
     # --- arguments ----------------------------------------------------------------------------
@@ -680,8 +685,8 @@ class System:
         ends : mapping, optional
             Ends of the ranges of some of them: every combination is looked at.
         """
-        definition = self._definition
-        if definition is None or definition.built_in or definition.period is None:
+        definition = self._own_definition()
+        if definition is None or definition.period is None:
             return
         for values in itertools.product(*(ends or {}).values()):
             here = dict(params) | dict(zip(ends or {}, map(float, values), strict=True))

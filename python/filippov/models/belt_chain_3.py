@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from filippov._system.built_in import built_in
+
+from .belt_chain_2 import chain
 
 
 @built_in(
@@ -20,14 +20,4 @@ from filippov._system.built_in import built_in
     surfaces={"h0": "v1 - V", "h1": "v2 - V", "h2": "v3 - V"},
 )
 def belt_chain_3(t: Any, s: Any, p: Any) -> Any:
-    def friction(force: Any, v: Any) -> Any:
-        return np.sign(v - p.V) * force / (1 + p.gamma * abs(v - p.V))
-
-    return (
-        s.v1,
-        -s.x1 - p.c * (s.x1 - s.x2) - friction(p.F1, s.v1),
-        s.v2,
-        -s.x2 - p.c * (s.x2 - s.x1) - p.c * (s.x2 - s.x3) - friction(p.F2, s.v2),
-        s.v3,
-        -s.x3 - p.c * (s.x3 - s.x2) - friction(p.F3, s.v3),
-    )
+    return chain(s, p)
