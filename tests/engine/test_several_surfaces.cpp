@@ -210,3 +210,53 @@ TEMPLATE_TEST_CASE("accumulation: P15, a spiral reaches the intersection in fini
         CHECK(r.result.counters.events < 60);
     }
 }
+
+// --- starts that are known -----------------------------------------------------------------------
+
+namespace {
+
+/// Two relays: x' = t - sign x, whose slide ends upwards at t = 1, and y' = 1/5 - sign y, which
+/// slides for ever.
+struct TwoRelays {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+    static constexpr std::array<std::string_view, 0> params{};
+    static constexpr std::array<double, 0> defaults{};
+
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {t - s[0], S(0.2) - s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("several surfaces: a run that starts where one of two slides ends goes on with "
+                   "the other",
+                   "[surfaces]", DormandPrince5, DormandPrince8) {
+    KnownStart<2> known;
+    known.before.set(0, 0);
+    known.before.set(1, 0);
+    known.guard = Guard<2>::above(0);
+    const double off = GENERATE(0.0, 1e-13, -1e-13, 1e-10, -1e-10);
+    Listener<double, 2, 2> listener;
+    listener.event = [&](const Event<double, 2, 2>& e) {
+        if (e.kind == EventKind::start) {
+            CHECK(e.mode_after[0] == 1);
+            CHECK(e.mode_after[1] == 0);
+            CHECK(e.x_right == Vec<double, 2>(0, 0)); // on both surfaces
+        }
+        CHECK(e.kind != EventKind::enter_sliding); // nothing has left y = 0
+    };
+    const auto r = flow<TestType>(TwoRelays{}, Vec<double, 0>(), Vec<double, 2>(off, -off), 1.0,
+                                  3.0, tolerance<2>(1e-9), listener, Sections<>{}, known);
+    INFO(r.message());
+    CHECK(r.status == Status::ok);
+    CHECK(r.mode[0] == 1);
+    CHECK(r.mode[1] == 0);
+    CHECK(r.x[0] == Approx(2).epsilon(1e-8));
+    CHECK(r.x[1] == 0.0);
+}

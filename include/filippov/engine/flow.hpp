@@ -138,18 +138,25 @@ private:
         return Status::ok;
     }
 
+    /// Starts where a guard was met in a mode that the caller names: on its surface, and on those
+    /// slid on before.
     Status start_as_known() {
+        const Mode<M>& before = known_start_.before;
         const int j = start_surface_ = known_start_.guard / 3;
-        const S t = segment_.clock().local;
-        put_on_known_surface(j, t);
-        segment_.enter(known_start_.before);
+        SurfaceSet<M> on = slid_surfaces(before);
+        if (!on.contains(j))
+            on.add(j);
+        if (on.n == 1)
+            put_on_known_surface(j);
+        else if (const Status status = settle(before, on); status != Status::ok)
+            return status;
+        segment_.enter(before);
         segment_.choose_first_step();
-        SurfaceSet<M> contact;
-        contact.add(j);
-        return judge(known_start_.before, contact, known_start_.guard);
+        return judge(before, on, known_start_.guard);
     }
 
-    void put_on_known_surface(int j, const S& t) {
+    void put_on_known_surface(int j) {
+        const S t = segment_.clock().local;
         const X x = segment_.x(), there = project(sys_, j, t, x, p_, segment_.scale());
         const X f = mode_field(sys_, known_start_.before, t, x, p_);
         if (may_be_put_on(sys_, j, t, p_, x, there, f, segment_.scale()))
