@@ -278,20 +278,39 @@ class Solution:
 def models() -> list[Model]: ...
 def status_names() -> list[str]: ...
 def event_kind_names() -> list[str]: ...
+
+class RunSettings:
+    rtol: float
+    atol: list[float]
+    max_step: float
+    first_step: float
+    max_steps: int
+    max_events: int
+    on_nonunique: str
+    method: str
+    def __init__(
+        self,
+        *,
+        rtol: float = ...,
+        atol: list[float] = ...,
+        max_step: float = ...,
+        first_step: float = ...,
+        max_steps: int = ...,
+        max_events: int = ...,
+        on_nonunique: str = ...,
+        method: str = ...,
+    ) -> None: ...
+
+class BasinSettings:
+    def __init__(self, **fields: Any) -> None: ...
+
 def simulate(
     model: Model,
     x0: _Floats,
     t0: float,
     t_end: float,
     p: _Floats,
-    method: int,
-    rtol: float,
-    atol: _Floats,
-    max_step: float,
-    first_step: float,
-    max_steps: int,
-    max_events: int,
-    on_nonunique: int,
+    settings: RunSettings,
     most: int,
     dense: bool,
     t_eval: _Floats | None,
@@ -303,13 +322,7 @@ def diagram(
     model: Model,
     x0: _Floats,
     params: _Floats,
-    method: int,
-    rtol: float,
-    atol: _Floats,
-    max_step: float,
-    max_steps: int,
-    max_events: int,
-    on_nonunique: int,
+    settings: RunSettings,
     kinds: Sequence[int],
     surface: int,
     direction: int,
@@ -329,9 +342,7 @@ def settle(
     transient: float,
     max_turns: int,
     window: float,
-    rtol: float,
-    atol: float,
-    max_steps: int,
+    settings: RunSettings,
     /,
 ) -> _Orbit: ...
 def orbit_near(
@@ -341,14 +352,10 @@ def orbit_near(
     x0: _Floats,
     turns: int,
     window: float,
-    rtol: float,
-    atol: float,
-    max_steps: int,
+    settings: RunSettings,
     /,
 ) -> _Orbit: ...
-def solve_orbit(
-    model: Model, cycle: tuple[Any, ...], rtol: float, atol: float, max_steps: int, /
-) -> _Orbit: ...
+def solve_orbit(model: Model, cycle: tuple[Any, ...], settings: RunSettings, /) -> _Orbit: ...
 def trace(
     model: Model,
     cycle: tuple[Any, ...],
@@ -362,9 +369,7 @@ def trace(
     max_step: float,
     max_points: int,
     progress: Callable[[int, int], object] | None,
-    rtol: float,
-    atol: float,
-    max_steps: int,
+    settings: RunSettings,
     /,
 ) -> _Branch: ...
 def trace_curves(
@@ -379,9 +384,7 @@ def trace_curves(
     first_step: float,
     max_step: float,
     max_points: int,
-    rtol: float,
-    atol: float,
-    max_steps: int,
+    settings: RunSettings,
     /,
 ) -> _Curves: ...
 def bifurcation_set(
@@ -401,17 +404,14 @@ def bifurcation_set(
     max_step: float,
     max_points: int,
     show: Callable[[int, int], object] | None,
-    rtol: float,
-    atol: float,
-    max_steps: int,
+    settings: RunSettings,
     /,
 ) -> _Set: ...
 def bifurcation_names() -> list[str]: ...
 def map_graph(
     model: Model,
     p: _Floats,
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     max_periods: float,
     guess: _Floats | None,
     iterate: int,
@@ -423,8 +423,7 @@ def map_graph(
 def map_images(
     model: Model,
     p: _Floats,
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     max_periods: float,
     guess: _Floats | None,
     iterate: int,
@@ -436,8 +435,7 @@ def lyapunov(
     model: Model,
     p: _Floats,
     x0: _Floats,
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     transient: float,
     window: float,
     stretch: float,
@@ -451,8 +449,7 @@ def strobe_map(
     x0: _Floats,
     p: _Floats,
     active: Sequence[int],
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     iterate: int,
     /,
 ) -> _Mapped: ...
@@ -462,8 +459,7 @@ def section_map(
     x0: _Floats,
     p: _Floats,
     active: Sequence[int],
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     iterate: int,
     kind: int,
     after: int,
@@ -527,14 +523,7 @@ def ensemble(
     t0: _Floats,
     t_end: _Floats,
     escape: list[float] | None,
-    eighth_order: bool,
-    rtol: float,
-    atol: _Floats,
-    max_step: float,
-    first_step: float,
-    max_steps: int,
-    max_events: int,
-    on_nonunique: int,
+    settings: RunSettings,
     threads: int,
     show: Callable[[int, int], object] | None,
 ) -> _Ensemble: ...
@@ -548,8 +537,7 @@ def section_images(
     t0: _Floats,
     x0: _Floats,
     p: _Floats,
-    rtol: float,
-    atol: float,
+    settings: RunSettings,
     kind: int,
     after: int,
     max_time: float,
@@ -568,9 +556,8 @@ class BasinFinder(Picture):
         lanes: object,
         axes: _Axes,
         p: _Floats,
-        rest: _Floats,
-        t0: float,
-        *settings: Any,
+        settings: BasinSettings,
+        /,
     ) -> None: ...
     def images(
         self, first: int, count: int, show: Callable[[int, int], object] | None

@@ -44,11 +44,6 @@ py::array_t<T> as_array(std::vector<T>&& values, std::vector<py::ssize_t> shape)
 }
 
 /// The typed layer passes what fits; this keeps a wrong caller from reading out of bounds.
-inline void expect(bool fits, const char* what);
-inline Method method_of(int method) {
-    expect(method >= 0 && method <= static_cast<int>(Method::rodas5p), "a method is 0 to 2");
-    return static_cast<Method>(method);
-}
 inline void expect(bool fits, const char* what) {
     if (!fits)
         throw std::invalid_argument(std::string("filippov._core: ") + what);
@@ -129,12 +124,20 @@ inline std::function<void(std::size_t, std::size_t)> progress(const py::object& 
     };
 }
 
+/// What analysis takes of a run's settings.
+inline Precision precision_of(const RunSettings& s) {
+    expect(s.atol.size() == 1, "analysis takes one atol");
+    return {.rtol = s.rtol, .atol = s.atol[0], .max_steps = s.max_steps};
+}
+
 /// A system for analysis that stops at signals, and one that does not: for what is left to do with
 /// results that are finished.
 struct Analysis {
     SignalCheck signals;
     std::shared_ptr<const AnySystem> system, unstoppable;
 
+    Analysis(const Model& model, const RunSettings& settings)
+        : Analysis(model, precision_of(settings)) {}
     explicit Analysis(const Model& model, Precision precision = {}) {
         unstoppable = model.analysis(precision);
         precision.interrupted = [this] { return signals(); };
@@ -147,6 +150,9 @@ struct Analysis {
 inline Vector vector_of(const Array<double>& a) {
     return Eigen::Map<const Vector>(a.data(), a.size());
 }
+inline py::array_t<double> array_of(const Vector& v) {
+    return as_array(std::vector<double>(v.begin(), v.end()), {v.size()});
+}
 
 void bind_basins(py::module_& m);
 void bind_cells(py::module_& m);
@@ -156,6 +162,7 @@ void bind_formulas(py::module_& m);
 void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);
 void bind_maps(py::module_& m);
+void bind_settings(py::module_& m);
 void bind_status(py::module_& m);
 void bind_system(py::module_& m);
 void bind_trajectory(py::module_& m);

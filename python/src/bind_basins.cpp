@@ -245,10 +245,8 @@ private:
 void bind_basins(py::module_& m) {
     py::class_<PictureOf>(m, "Picture"); // what other functions of basins take
     py::class_<Finder, PictureOf>(m, "BasinFinder")
-        .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&, const Doubles&,
-                      double, int, int, int, int, int, double, bool, int, std::uint64_t,
-                      const std::vector<double>&, bool, double, const Doubles&, double, long long,
-                      long long, int, int>(),
+        .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&,
+                      const BasinSettings&>(),
              py::keep_alive<1, 2>())
         .def("images", &Finder::images)
         .def("find", &Finder::find)

@@ -54,32 +54,13 @@ inline std::vector<Attractor> attractors_of(const py::list& list) {
 class PictureOf {
 public:
     PictureOf(const Model& model, py::capsule lanes, const Axes& axes, const Array<double>& p,
-              const Array<double>& rest, double t0, int seeds, int settle, int longest, int newtons,
-              int periods, double distance, bool times, int audit, std::uint64_t seed,
-              const std::vector<double>& escape, bool eighth_order, double rtol,
-              const Array<double>& atol, double max_step, long long max_steps, long long max_events,
-              int on_nonunique, int threads)
+              const BasinSettings& settings)
         : lanes_(std::move(lanes)),
-          analysis_(model, {.rtol = std::min(rtol, 1e-12), .atol = 1e-13}), grid_(grid_of(axes)),
-          p_(vector_of(p)) {
-        BasinSettings& s = settings_;
-        s.run = ensemble_settings(eighth_order, rtol, atol, max_step, 0, max_steps, max_events,
-                                  on_nonunique);
-        s.t0 = t0;
-        s.rest = vector_of(rest);
-        s.seeds = seeds;
-        s.settle = settle;
-        s.longest = longest;
-        s.newtons = newtons;
-        s.periods = periods;
-        s.distance = distance;
-        s.times = times;
-        s.audit = audit;
-        s.seed = seed;
-        s.escape = escape;
-        s.parallel.threads = threads;
-        s.parallel.cancelled = [this] { return analysis_.signals(); };
-        s.parallel.progress = [this](std::size_t done, std::size_t total) { show_(done, total); };
+          analysis_(model, Precision{.rtol = std::min(settings.run.rtol, 1e-12), .atol = 1e-13}),
+          grid_(grid_of(axes)), p_(vector_of(p)), settings_(settings) {
+        Parallel& how = settings_.parallel;
+        how.cancelled = [this] { return analysis_.signals(); };
+        how.progress = [this](std::size_t done, std::size_t total) { show_(done, total); };
     }
     PictureOf(const PictureOf&) = delete;
     PictureOf& operator=(const PictureOf&) = delete;

@@ -11,8 +11,8 @@ using Doubles = Array<double>;
 
 /// States and times at the next event of a kind, from many starts.
 py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                        double rtol, double atol, int kind, int after, double max_time, int iterate,
-                        int threads, const py::object& show) {
+                        const RunSettings& settings, int kind, int after, double max_time,
+                        int iterate, int threads, const py::object& show) {
     const auto dim = py::ssize_t(model.facts().dim), n = x0.shape(0);
     expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has dim columns");
     expect(t0.size() == n, "t0 has one entry a start");
@@ -30,7 +30,7 @@ py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0
     constexpr py::ssize_t block = 64;
     const auto run = [&](std::size_t item, Worker& worker) {
         // systems count what they do: one a block, none is shared
-        const auto system = model.analysis({.rtol = rtol, .atol = atol});
+        const auto system = model.analysis(precision_of(settings));
         const py::ssize_t first = py::ssize_t(item) * block;
         for (py::ssize_t k = first; k < std::min(first + block, n) && !worker.stopped(); ++k) {
             const Mapped m = section_map(*system, section, t0.data()[k],

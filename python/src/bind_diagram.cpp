@@ -27,29 +27,20 @@ py::dict to_dict(DiagramColumns&& c, py::ssize_t dim) {
     return d;
 }
 
-py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params, int method,
-                 double rtol, const Doubles& atol, double max_step, long long max_steps,
-                 long long max_events, int on_nonunique, const std::vector<int>& kinds, int surface,
+py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params,
+                 const RunSettings& settings, const std::vector<int>& kinds, int surface,
                  int direction, double transient, double keep, bool follow, int chains,
                  bool skip_repeats, int threads, const py::object& show) {
     const Facts& facts = model.facts();
-    expect(x0.size() == facts.dim && atol.size() == facts.dim, "x0 and atol have dim entries");
+    expect(x0.size() == facts.dim, "x0 has dim entries");
     expect(params.ndim() == 2 && std::size_t(params.shape(1)) == facts.params.size(),
            "params has one row a value, one entry a parameter");
-    expect(on_nonunique >= 0 && on_nonunique <= static_cast<int>(NonUnique::stay),
-           "on_nonunique is 0 to 3");
     for (const int kind : kinds)
         expect(kind >= 0 && kind <= static_cast<int>(EventKind::end), "kinds are event kinds");
     DiagramTask task;
     task.x0 = copy(x0);
     task.params = copy(params);
-    task.atol = copy(atol);
-    task.rtol = rtol;
-    task.max_step = max_step;
-    task.max_steps = max_steps;
-    task.max_events = max_events;
-    task.on_nonunique = static_cast<NonUnique>(on_nonunique);
-    task.method = method_of(method);
+    task.settings = settings;
     task.kinds = kinds;
     task.surface = surface;
     task.direction = direction;

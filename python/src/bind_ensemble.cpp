@@ -58,9 +58,8 @@ private:
 
 py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
                   const Doubles& params, const Doubles& t0, const Doubles& t_end,
-                  const std::optional<std::vector<double>>& escape, bool eighth_order, double rtol,
-                  const Doubles& atol, double max_step, double first_step, long long max_steps,
-                  long long max_events, int on_nonunique, int threads, const py::object& show) {
+                  const std::optional<std::vector<double>>& escape, const RunSettings& settings,
+                  int threads, const py::object& show) {
     const AnyLanes& lanes = lanes_in(capsule);
     const auto one_or_n = [n](py::ssize_t k) { return k == 1 || std::size_t(k) == n; };
     expect(x0.ndim() == 2 && x0.shape(1) == lanes.dim() && one_or_n(x0.shape(0)),
@@ -69,8 +68,6 @@ py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
            "params has a column a parameter");
     expect(t0.ndim() == 1 && one_or_n(t0.shape(0)) && t_end.ndim() == 1 && one_or_n(t_end.shape(0)),
            "t0 and t_end have one entry, or one a member");
-    const EnsembleSettings settings = ensemble_settings(
-        eighth_order, rtol, atol, max_step, first_step, max_steps, max_events, on_nonunique);
     Listed members(n, x0, params, t0, t_end);
     if (escape)
         members.escape = *escape;

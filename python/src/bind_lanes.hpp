@@ -16,24 +16,6 @@ inline const AnyLanes& lanes_in(const py::capsule& capsule) {
     return **lanes;
 }
 
-/// Settings of every member, as the typed layer gives them.
-inline EnsembleSettings ensemble_settings(bool eighth_order, double rtol, const Array<double>& atol,
-                                          double max_step, double first_step, long long max_steps,
-                                          long long max_events, int on_nonunique) {
-    expect(on_nonunique >= 0 && on_nonunique <= static_cast<int>(NonUnique::stay),
-           "on_nonunique is 0 to 3");
-    EnsembleSettings s;
-    s.eighth_order = eighth_order;
-    s.rtol = rtol;
-    s.atol = copy(atol);
-    s.max_step = max_step;
-    s.first_step = first_step;
-    s.max_steps = max_steps;
-    s.max_events = max_events;
-    s.on_nonunique = static_cast<NonUnique>(on_nonunique);
-    return s;
-}
-
 inline py::dict lane_counters_to_dict(const LaneCounters& c) {
     py::dict d;
     d["trips"] = c.trips;

@@ -13,9 +13,9 @@ using Doubles = Array<double>;
 /// What both functions need: a map and the ears for Ctrl-C.
 class Mapping {
 public:
-    Mapping(const Model& model, const Doubles& p, double rtol, double atol, double max_periods,
+    Mapping(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
             const std::optional<Doubles>& guess)
-        : analysis_(model, {.rtol = rtol, .atol = atol}) {
+        : analysis_(model, run) {
         expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
         TransitionSettings settings;
         settings.max_periods = max_periods;
@@ -89,10 +89,10 @@ py::list points(const TransitionMap& map, const MapGraph& graph) {
     return list;
 }
 
-py::dict graph(const Model& model, const Doubles& p, double rtol, double atol, double max_periods,
+py::dict graph(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
                const std::optional<Doubles>& guess, int iterate, int samples,
                long long max_evaluations, const py::object& show) {
-    Mapping map(model, p, rtol, atol, max_periods, guess);
+    Mapping map(model, p, run, max_periods, guess);
     const GraphSettings settings{.samples = samples,
                                  .max_evaluations = max_evaluations,
                                  .progress = progress(show, map.signals())};
@@ -121,11 +121,11 @@ py::dict graph(const Model& model, const Doubles& p, double rtol, double atol, d
     return d;
 }
 
-py::dict images(const Model& model, const Doubles& p, double rtol, double atol, double max_periods,
+py::dict images(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
                 const std::optional<Doubles>& guess, int iterate, const Array<int>& boundary,
                 const Doubles& phase) {
     expect(boundary.size() == phase.size(), "boundary and phase have one size");
-    const Mapping map(model, p, rtol, atol, max_periods, guess);
+    const Mapping map(model, p, run, max_periods, guess);
     std::vector<MapSample> samples;
     {
         const py::gil_scoped_release unlocked;
@@ -139,10 +139,6 @@ py::dict images(const Model& model, const Doubles& p, double rtol, double atol, 
     py::dict d = columns(samples);
     d["raised"] = map.raised();
     return d;
-}
-
-py::array_t<double> vector(const Vector& v) {
-    return as_array(std::vector<double>(v.begin(), v.end()), {v.size()});
 }
 
 // --- strobe and section ------------------------------------------------------------------------
@@ -194,11 +190,11 @@ private:
 /// parameters.
 template <class Map>
 py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                 const std::vector<int>& active, double rtol, double atol, Map map) {
+                 const std::vector<int>& active, const RunSettings& run, Map map) {
     const auto dim = py::ssize_t(model.facts().dim);
     expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has shape (k, dim)");
     expect(t0.size() == x0.shape(0), "t0 has one entry a start");
-    const Analysis analysis(model, {.rtol = rtol, .atol = atol});
+    const Analysis analysis(model, run);
     const Vector params = vector_of(p);
     MappedColumns columns;
     const auto one = [&](double time, const Vector& start) {
@@ -227,28 +223,28 @@ py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const
 }
 
 py::dict strobes(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                 const std::vector<int>& active, double rtol, double atol, int iterate) {
+                 const std::vector<int>& active, const RunSettings& run, int iterate) {
     return map_all(
-        model, t0, x0, p, active, rtol, atol,
+        model, t0, x0, p, active, run,
         [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
             const Directions& along) { return strobe(system, t, x, q, iterate, along); });
 }
 
 py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                  const std::vector<int>& active, double rtol, double atol, int iterate, int kind,
+                  const std::vector<int>& active, const RunSettings& run, int iterate, int kind,
                   int after, int surface, double max_time) {
     const SectionOf section{static_cast<EventKind>(kind), after, surface};
-    return map_all(model, t0, x0, p, active, rtol, atol,
+    return map_all(model, t0, x0, p, active, run,
                    [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
                        const Directions& along) {
                        return section_map(system, section, t, x, q, max_time, iterate, along);
                    });
 }
 
-py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, double rtol,
-                   double atol, double transient, double window, double stretch, int batches,
+py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, const RunSettings& run,
+                   double transient, double window, double stretch, int batches,
                    const py::object& show) {
-    Analysis analysis(model, {.rtol = rtol, .atol = atol});
+    Analysis analysis(model, run);
     const LyapunovSettings settings{.transient = transient,
                                     .window = window,
                                     .stretch = stretch,
@@ -260,14 +256,14 @@ py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, doub
         l = lyapunov(*analysis.system, vector_of(p), vector_of(x0), settings);
     }
     py::dict d;
-    d["exponents"] = vector(l.exponents);
-    d["error"] = vector(l.error);
+    d["exponents"] = array_of(l.exponents);
+    d["error"] = array_of(l.error);
     d["t_begin"] = l.t_begin;
     d["t_end"] = l.t_end;
     d["slides"] = l.slides;
     d["stretches"] = l.stretches;
     d["skipped"] = l.skipped;
-    d["x"] = vector(l.x);
+    d["x"] = array_of(l.x);
     d["status"] = std::string(name(l.status));
     d["message"] = l.message;
     d["raised"] = analysis.signals.raised();

@@ -154,9 +154,8 @@ py::dict to_dict(const Model& model, const AnySystem& system, const Orbit& orbit
 
 /// Looks for an orbit without the lock.
 template <class Search>
-py::dict searched(const Model& model, double rtol, double atol, long long max_steps,
-                  Search search) {
-    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
+py::dict searched(const Model& model, const RunSettings& run, Search search) {
+    Analysis analysis(model, run);
     Orbit orbit;
     {
         const py::gil_scoped_release unlocked;
@@ -173,32 +172,31 @@ void check_point(const Model& model, const Doubles& p, const Doubles& x0) {
 }
 
 py::dict settled(const Model& model, const Doubles& p, const Doubles& x0, double transient,
-                 int max_turns, double window, double rtol, double atol, long long max_steps) {
+                 int max_turns, double window, const RunSettings& run) {
     check_point(model, p, x0);
     const Vector params = vector_of(p), start = vector_of(x0);
     OrbitSearch search;
     search.transient = transient;
     search.max_turns = max_turns;
     search.window = window;
-    return searched(model, rtol, atol, max_steps,
+    return searched(model, run,
                     [&](const AnySystem& system) { return settle(system, params, start, search); });
 }
 
 py::dict near(const Model& model, const Doubles& p, double t0, const Doubles& x0, int turns,
-              double window, double rtol, double atol, long long max_steps) {
+              double window, const RunSettings& run) {
     check_point(model, p, x0);
     const Vector params = vector_of(p), start = vector_of(x0);
     OrbitSearch search;
     search.window = window;
-    return searched(model, rtol, atol, max_steps, [&](const AnySystem& system) {
+    return searched(model, run, [&](const AnySystem& system) {
         return orbit_near(system, params, t0, start, turns, search);
     });
 }
 
-py::dict solved(const Model& model, const py::tuple& cycle, double rtol, double atol,
-                long long max_steps) {
+py::dict solved(const Model& model, const py::tuple& cycle, const RunSettings& run) {
     const Cycle start = cycle_from(model, cycle);
-    return searched(model, rtol, atol, max_steps,
+    return searched(model, run,
                     [&](const AnySystem& system) { return solve_orbit(system, start); });
 }
 
@@ -254,7 +252,7 @@ py::dict branch_to_dict(const Model& model, const AnySystem& system, const Branc
     for (const SpecialPoint& s : line.special)
         special.append(special_to_dict(model, system, s));
     d["special"] = special;
-    d["ends"] = py::make_tuple(line.begin, line.end);
+    d["ends"] = py::make_tuple(end_message(line, true), end_message(line, false));
     d["corrections"] = line.corrections;
     d["status"] = std::string(name(line.status));
     d["kind"] = std::string(kind);
@@ -288,15 +286,14 @@ SpecialPoint special_from(const Model& model, const py::tuple& cycle, int kind, 
 /// @param kind  of the bifurcation where the branch starts, -1: none
 py::dict traced(const Model& model, const py::tuple& cycle, int kind, int node, int side,
                 int parameter, double low, double high, double first_step, double max_step,
-                int max_points, const py::object& show, double rtol, double atol,
-                long long max_steps) {
+                int max_points, const py::object& show, const RunSettings& run) {
     expect(parameter >= 0 && std::size_t(parameter) < model.facts().params.size(),
            "parameter is an index");
     const Cycle start = cycle_from(model, cycle);
     std::optional<SpecialPoint> special;
     if (kind >= 0)
         special = special_from(model, cycle, kind, node, side);
-    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
+    Analysis analysis(model, run);
     BranchSettings settings = steps(first_step, max_step, max_points);
     if (const auto call = progress(show, analysis.signals))
         settings.progress = [=](std::size_t points) { call(points, 2 * std::size_t(max_points)); };
@@ -323,10 +320,10 @@ Box box_of(const Model& model, const std::array<int, 2>& parameters,
 py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int node, int side,
                        const std::array<int, 2>& parameters, const std::array<double, 2>& low,
                        const std::array<double, 2>& high, double first_step, double max_step,
-                       int max_points, double rtol, double atol, long long max_steps) {
+                       int max_points, const RunSettings& run) {
     const SpecialPoint point = special_from(model, cycle, kind, node, side);
     const Box box = box_of(model, parameters, low, high);
-    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
+    Analysis analysis(model, run);
     std::vector<Curve> curves;
     {
         const py::gil_scoped_release unlocked;
@@ -346,7 +343,7 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
                   const std::array<double, 2>& low, const std::array<double, 2>& high,
                   const Doubles& x0, int lines, int starts, int max_turns, double transient,
                   double window, int max_curves, double first_step, double max_step, int max_points,
-                  const py::object& show, double rtol, double atol, long long max_steps) {
+                  const py::object& show, const RunSettings& run) {
     expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
     const Box box = box_of(model, parameters, low, high);
     const Vector params = vector_of(p);
@@ -359,7 +356,7 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
     search.orbit.transient = transient;
     search.orbit.window = window;
     search.steps = steps(first_step, max_step, max_points);
-    Analysis analysis(model, {.rtol = rtol, .atol = atol, .max_steps = max_steps});
+    Analysis analysis(model, run);
     search.progress = progress(show, analysis.signals);
     BifurcationSet set;
     {

@@ -77,29 +77,19 @@ py::dict run_to_dict(Run&& run, const Facts& facts, const py::object& raised) {
 /// @param most  0: one solution, by the policy; else all of them, and so many at most
 /// @return the runs, and whether these are all
 py::tuple simulate(const Model& model, const Doubles& x0, double t0, double t_end, const Doubles& p,
-                   int method, double rtol, const Doubles& atol, double max_step, double first_step,
-                   long long max_steps, long long max_events, int on_nonunique, int most,
-                   bool dense, const std::optional<Doubles>& t_eval, const py::list& events,
+                   const RunSettings& settings, int most, bool dense,
+                   const std::optional<Doubles>& t_eval, const py::list& events,
                    const py::object& params) {
     const Facts& facts = model.facts();
-    expect(x0.size() == facts.dim && atol.size() == facts.dim, "x0 and atol have dim entries");
+    expect(x0.size() == facts.dim, "x0 has dim entries");
     expect(std::size_t(p.size()) == facts.params.size(), "p has one entry a parameter");
-    expect(on_nonunique >= 0 && on_nonunique <= static_cast<int>(NonUnique::stay),
-           "on_nonunique is 0 to 3");
     expect(events.size() <= std::size_t(max_watches), "too many event functions");
     Task task;
     task.x0 = copy(x0);
     task.params = copy(p);
-    task.atol = copy(atol);
     task.t0 = t0;
     task.t_end = t_end;
-    task.rtol = rtol;
-    task.max_step = max_step;
-    task.first_step = first_step;
-    task.max_steps = max_steps;
-    task.max_events = max_events;
-    task.on_nonunique = static_cast<NonUnique>(on_nonunique);
-    task.method = method_of(method);
+    task.settings = settings;
     task.dense = dense;
     if (t_eval)
         task.t_eval = copy(*t_eval);

@@ -464,7 +464,7 @@ public:
             return nullptr;
     }
     DiagramColumns diagram(const DiagramTask& task) const override {
-        switch (task.method) {
+        switch (task.settings.method) {
         case Method::dopri5:
             return diagram<DormandPrince5>(task);
         case Method::dop853:
@@ -481,7 +481,7 @@ private:
         for (std::size_t i = 0; i < all.size(); ++i)
             all[i] = params(std::span(task.params).subspan(i * given));
         DiagramSettings<double, N> d;
-        d.run = settings_of(task);
+        d.run = filippov::detail::sized_settings<N>(task.settings, facts_.dim);
         d.section.strobe = task.kinds.empty();
         d.section.events = {};
         for (const int kind : task.kinds)
@@ -522,17 +522,6 @@ private:
         }
         return c;
     }
-    Settings<double, N> settings_of(const RunSettings& run) const {
-        Settings<double, N> settings;
-        settings.rtol = run.rtol;
-        settings.atol = padded<N>(run.atol, facts_.dim, 1.0);
-        settings.max_step = run.max_step;
-        settings.first_step = run.first_step;
-        settings.max_steps = run.max_steps;
-        settings.max_events = run.max_events;
-        settings.on_nonunique = run.on_nonunique;
-        return settings;
-    }
     P params(std::span<const double> p) const { return all_params<double>(sys_, p); }
     Mode<M> mode_of(std::span<const int> side) const {
         Mode<M> mode;
@@ -550,7 +539,7 @@ private:
     }
     /// @param script  what to choose where the solution is not unique; null: by the policy
     Run run(const Task& task, Script<double, M>* script) const {
-        switch (task.method) {
+        switch (task.settings.method) {
         case Method::dopri5:
             return run<DormandPrince5>(task, script);
         case Method::dop853:
@@ -560,11 +549,12 @@ private:
         }
     }
     template <class Tableau> Run run(const Task& task, Script<double, M>* script) const {
-        const Settings<double, N> settings = settings_of(task);
+        const Settings<double, N> settings =
+            filippov::detail::sized_settings<N>(task.settings, facts_.dim);
         const X x0 = padded<N>(task.x0, facts_.dim);
         X scale;
         for (int i = 0; i < N; ++i)
-            scale[i] = std::max(settings.atol[i] + task.rtol * std::abs(x0[i]),
+            scale[i] = std::max(settings.atol[i] + settings.rtol * std::abs(x0[i]),
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
         Keeper<Sys> keeper(sys_, p, task, scale);

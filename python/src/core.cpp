@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
     m.attr("__version__") = FILIPPOV_VERSION;
     m.attr("seam") = fpy::seam();
     fpy::bind_status(m);
+    fpy::bind_settings(m);
     fpy::bind_system(m);
     fpy::bind_trajectory(m);
     fpy::bind_diagram(m);

@@ -6,6 +6,7 @@
 #include <filippov/core/parallel.hpp>
 #include <filippov/ensemble/any_lanes.hpp>
 #include <filippov/orbits/system_interface.hpp>
+#include <filippov/run/run_settings.hpp>
 
 #include <array>
 #include <functional>
@@ -43,22 +44,9 @@ struct Watch {
 /// How many event functions a run takes: the engine keeps its guards in fixed storage.
 inline constexpr int max_watches = 16;
 
-enum class Method { dopri5, dop853, rodas5p };
-
-/// What every run is told.
-struct RunSettings {
-    std::vector<double> atol;
-    double rtol = 0;
-    double max_step = 0;
-    double first_step = 0;
-    long long max_steps = 0;
-    long long max_events = 0;
-    NonUnique on_nonunique = NonUnique::stop;
-    Method method = Method::dopri5;
-};
-
 /// Everything a run is told.
-struct Task : RunSettings {
+struct Task {
+    RunSettings settings;
     std::vector<double> x0;
     std::vector<double> params;
     double t0 = 0;
@@ -70,7 +58,8 @@ struct Task : RunSettings {
 };
 
 /// Everything a bifurcation diagram is told.
-struct DiagramTask : RunSettings {
+struct DiagramTask {
+    RunSettings settings;
     std::vector<double> x0;
     std::vector<double> params; ///< one row a value
     std::vector<int> kinds;     ///< event kinds; none: a strobe

@@ -159,7 +159,7 @@ TEST_CASE("curve: a switching-sliding curve ends where two others begin", "[curv
     for (const Curve* curve : {&crossing, &adding}) {
         CHECK(curve->points.size() > 10);
         CHECK(std::abs(curve->points.front().cycle.p[1] - omega) < 1e-9);
-        CHECK(curve->end == "bound of the parameters");
+        CHECK(curve->end == BranchEnd::bound_of_two);
     }
     // figure 4.11: at A = 4.4 crossing-sliding lies between 1.6 and 1.8, adding-sliding between 1.8
     // and 2; and plain branches over omega meet both curves
@@ -184,7 +184,7 @@ TEST_CASE("curve: the degenerate point is the same from all three curves", "[cur
           &find(low, Kind::adding_sliding)}) {
         CurveTracer tracer(*oscillator, box);
         const Curve curve = tracer.trace(curve_start(*s));
-        CAPTURE(name(s->kind), curve.begin, curve.end);
+        CAPTURE(name(s->kind), message(curve.begin), message(curve.end));
         for (const SpecialPoint& c : curve.special)
             if (c.kind == Kind::degenerate_switching_sliding)
                 found.push_back(c.cycle.p);
@@ -292,9 +292,9 @@ TEST_CASE("curve: both halves of a symmetric orbit bifurcate all along it", "[cu
     for (const SpecialPoint& s : branch.special) {
         REQUIRE(s.kind == Kind::adding_sliding);
         const Curve curve = CurveTracer(*relay, box).trace(curve_start(s));
-        CAPTURE(s.side, curve.begin, curve.end);
-        CHECK(curve.begin == "bound of the parameters");
-        CHECK(curve.end == "bound of the parameters");
+        CAPTURE(s.side, message(curve.begin), message(curve.end));
+        CHECK(curve.begin == BranchEnd::bound_of_two);
+        CHECK(curve.end == BranchEnd::bound_of_two);
         CHECK(curve.special.empty());
         for (const std::size_t i : {std::size_t(1), curve.points.size() / 2}) {
             const Vector& p = curve.points[i].cycle.p;
@@ -338,15 +338,15 @@ TEST_CASE("curve: grazings without a slide lie where a linear oscillator's ampli
     const Orbit orbit = settle(*system, system->defaults(), Vector::Zero(2));
     REQUIRE(orbit.status == Status::ok);
     const Branch branch = BranchTracer(*system, 0, 0.1, 2).trace(orbit.cycle);
-    CHECK(branch.begin == "bound of the parameter");
-    CHECK(branch.end == "bound of the parameter");
+    CHECK(branch.begin == BranchEnd::bound);
+    CHECK(branch.end == BranchEnd::bound);
     const SpecialPoint& touch = find(branch, Kind::grazing);
     CHECK(touch.cycle.p[0] == Approx(1).epsilon(1e-10));
     const Box box{{0, 1}, {0.1, 0.3}, {4, 2}};
     const Curve curve = CurveTracer(*system, box).trace(curve_start(touch));
     CHECK(curve.status == Status::ok);
-    CHECK(curve.begin == "bound of the parameters");
-    CHECK(curve.end == "bound of the parameters");
+    CHECK(curve.begin == BranchEnd::bound_of_two);
+    CHECK(curve.end == BranchEnd::bound_of_two);
     REQUIRE(curve.points.size() > 10);
     for (const BranchPoint& point : curve.points) {
         const double w = point.cycle.p[1], detuned = 1 - w * w;
@@ -371,8 +371,8 @@ TEST_CASE("curve: a free oscillator's circle grazes where its radius says", "[cu
     CHECK(touch.word_after == "-+");
     const Curve curve =
         CurveTracer(*system, {{0, 1}, {0.05, 0.2}, {4, 2}}).trace(curve_start(touch));
-    CHECK(curve.begin == "bound of the parameters");
-    CHECK(curve.end == "bound of the parameters");
+    CHECK(curve.begin == BranchEnd::bound_of_two);
+    CHECK(curve.end == BranchEnd::bound_of_two);
     REQUIRE(curve.points.size() > 10);
     for (const BranchPoint& point : curve.points) {
         CHECK(point.cycle.p[0] == Approx(point.cycle.p[1] * point.cycle.p[1]).epsilon(1e-9));
@@ -386,7 +386,7 @@ TEST_CASE("curve: adding-sliding ends where the touch comes to the slide's entry
     const Branch branch = BranchTracer(*system, 1, 1, 3).trace(orbit.cycle);
     const Curve curve = CurveTracer(*system, {{1, 0}, {0.3, 0.2}, {4.5, 5}})
                             .trace(curve_start(find(branch, Kind::adding_sliding)));
-    REQUIRE(curve.end == "the touch reaches an end of its slide");
+    REQUIRE(curve.end == BranchEnd::end_of_slide);
     for (const SpecialPoint& s : curve.special)
         CHECK((s.kind == Kind::fold || s.kind == Kind::switching_sliding));
     const Cycle& last = curve.points.back().cycle;
@@ -421,8 +421,8 @@ TEST_CASE("curve: a slide that begins on its boundary and vanishes there", "[cur
     CurveTracer tracer(*system, {{0, 1}, {0, 0.3}, {2, 4}});
     const Curve curve = tracer.trace(curve_start(*entry));
     CHECK(curve.status == Status::ok);
-    CHECK(curve.begin == "degenerate crossing-sliding");
-    CHECK(curve.end == "bound of the parameters");
+    CHECK(curve.begin == BranchEnd::degenerate_crossing_sliding);
+    CHECK(curve.end == BranchEnd::bound_of_two);
     REQUIRE(curve.special.size() == 2);
     const SpecialPoint& point = curve.special[0];
     CHECK(point.kind == Kind::crossing_sliding);
@@ -438,18 +438,18 @@ TEST_CASE("curve: a slide that begins on its boundary and vanishes there", "[cur
 
     // the curve of crossings starts there, and one that comes from elsewhere ends there
     const Curve crossings = tracer.trace(curve_start(point));
-    CHECK(crossings.begin == "bound of the parameters");
-    CHECK(crossings.end == "a point of codimension two");
+    CHECK(crossings.begin == BranchEnd::bound_of_two);
+    CHECK(crossings.end == BranchEnd::codimension_two);
     CurveStart start = curve_start(point);
     start.condition.cycle = crossings.points[crossings.points.size() / 2].cycle;
     const Curve back = tracer.trace(start);
-    CHECK(back.begin == "bound of the parameters");
-    REQUIRE(back.end == "degenerate crossing-sliding");
+    CHECK(back.begin == BranchEnd::bound_of_two);
+    REQUIRE(back.end == BranchEnd::degenerate_crossing_sliding);
     for (const int k : {0, 1})
         CHECK(back.points.back().cycle.p[k] == Approx(point.cycle.p[k]).epsilon(1e-10));
     // also where its first step from the start leads beyond
     start.condition.cycle = back.points[back.points.size() - 2].cycle;
     const Curve near = tracer.trace(start);
-    REQUIRE(near.end == "degenerate crossing-sliding");
+    REQUIRE(near.end == BranchEnd::degenerate_crossing_sliding);
     CHECK(near.points.back().cycle.p[0] == Approx(point.cycle.p[0]).epsilon(1e-10));
 }

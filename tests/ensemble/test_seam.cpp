@@ -203,7 +203,7 @@ template <int N> void compare_lanes(const Module& module) {
     module.get<MakeLanes>("seam_lanes")(N, &scalar, &there);
     REQUIRE(there->dim() == N);
     Members<N> members;
-    const auto run = there->run(members.size, members, EnsembleSettings{}, {.threads = 1});
+    const auto run = there->run(members.size, members, RunSettings{}, {.threads = 1});
     CHECK(run.status == Status::ok);
     CHECK(run.counters.handed_over >= 10); // all that run backwards
     for (std::size_t id = 0; id < members.size; ++id) {

@@ -29,7 +29,7 @@ enum class UseQuotient : unsigned char {
 
 /// What a picture of basins is told.
 struct BasinSettings {
-    EnsembleSettings run{};
+    RunSettings run{};
     /// When trajectories start, and the strobe flashes. Where the state jumps whenever it flashes
     /// it does so a little later: a millionth of a period, if nothing jumps then.
     double t0 = 0;
@@ -56,7 +56,7 @@ namespace detail {
 
 inline std::span<const double> view(const Vector& x) { return {x.data(), std::size_t(x.size())}; }
 /// Runs that are to be much more exact than what is judged by them.
-inline EnsembleSettings tightened(EnsembleSettings run) {
+inline RunSettings tightened(RunSettings run) {
     run.rtol = std::min(run.rtol, 1e-12);
     for (double& atol : run.atol)
         atol = std::min(atol, 1e-13);
@@ -119,7 +119,7 @@ public:
         return system.interrupted() || (ask && ask());
     }
     /// @param state  nothing is run unless it is `ok`; `interrupted` afterwards if the run was
-    LaneCounters run(std::size_t n, AnyPopulation& population, const EnsembleSettings& how,
+    LaneCounters run(std::size_t n, AnyPopulation& population, const RunSettings& how,
                      const Parallel& parallel, Status& state) const {
         if (n == 0 || stopped(state))
             return {};
@@ -128,7 +128,7 @@ public:
         return run.counters;
     }
     /// The same without progress.
-    void run(std::size_t n, AnyPopulation& population, const EnsembleSettings& how,
+    void run(std::size_t n, AnyPopulation& population, const RunSettings& how,
              Status& state) const {
         Parallel parallel = settings.parallel;
         parallel.progress = nullptr;

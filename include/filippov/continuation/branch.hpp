@@ -50,16 +50,6 @@ private:
     using StepEnd = detail::StepEnd;
     using SmoothEnd = detail::SmoothEnd;
 
-    static constexpr const char* no_orbit =
-        "no orbit of a neighbouring word was found beyond this bifurcation";
-    static constexpr const char* shrunk = "the orbit shrinks to an equilibrium";
-    static constexpr const char* to_a_point = "the orbit shrinks to a point, its period to nothing";
-    static constexpr const char* endless =
-        "the period grows without bound: the orbit comes to an equilibrium";
-    static constexpr const char* several = "several bifurcations at once";
-    static constexpr const char* turned_back =
-        "the branch turns back on itself at a bifurcation: how it goes on was not found";
-
     void require_start(const Cycle& start) const {
         detail::require_continuable(line_.system, start.p);
         if (!line_.holds(line_.value(start)))
@@ -85,7 +75,7 @@ private:
             here.word_after = next->shooting->word().string();
             run_on(std::move(next), backward, forward);
         } else {
-            forward.end = no_orbit;
+            forward.end = BranchEnd::no_orbit;
         }
         forward.special.insert(forward.special.begin(), here);
         return detail::joined(backward, forward);
@@ -126,8 +116,8 @@ private:
 
     /// The other direction. The start is the first point of both.
     void run_on(std::optional<Place> here, const Branch& backward, Branch& forward) {
-        if (backward.end == detail::comes_back)
-            forward.end = detail::comes_back;
+        if (backward.end == BranchEnd::closed)
+            forward.end = BranchEnd::closed;
         else
             run(std::move(here), forward, std::max<std::size_t>(backward.points.size(), 1) - 1);
     }
@@ -140,7 +130,7 @@ private:
             return;
         if (!here) {
             branch.status = Status::not_finite;
-            branch.end = "the start cannot be evaluated";
+            branch.end = BranchEnd::no_start;
         } else {
             branch.points.push_back(point_of(start_));
             tell();
@@ -179,7 +169,7 @@ private:
 
     /// One step, whatever it meets; false at the end of the branch.
     bool advance(Place& here, double& ds, Branch& branch) {
-        std::string trouble = detail::no_convergence;
+        BranchEnd trouble = BranchEnd::no_convergence;
         for (; ds >= settings_.min_step; ds /= 2) {
             const StepEnd end = attempt(here, ds, branch, trouble);
             if (end == StepEnd::failed)
@@ -187,19 +177,19 @@ private:
             if (end != StepEnd::retry)
                 return end == StepEnd::goes_on;
         }
-        if (trouble == detail::no_convergence && has_shrunk(branch))
-            trouble = to_a_point;
-        if (trouble != shrunk && trouble != to_a_point)
+        if (trouble == BranchEnd::no_convergence && has_shrunk(branch))
+            trouble = BranchEnd::point;
+        if (trouble != BranchEnd::equilibrium && trouble != BranchEnd::point)
             branch.status = Status::not_converged;
         branch.end = trouble;
         return false;
     }
-    StepEnd attempt(Place& here, double& ds, Branch& branch, std::string& trouble) {
+    StepEnd attempt(Place& here, double& ds, Branch& branch, BranchEnd& trouble) {
         Target to;
         if (!reach(here, ds, to, branch, trouble))
             return StepEnd::retry;
         if (passes_equilibrium(here, to.cycle)) {
-            trouble = shrunk;
+            trouble = BranchEnd::equilibrium;
             return StepEnd::retry;
         }
         if (passes_start(here, to.cycle)) {
@@ -224,14 +214,13 @@ private:
         return std::max((unknown ? 1e-3 : 0.1) * settings_.first_step, settings_.min_step);
     }
     /// False if there is no point of the curve near the step's end.
-    bool reach(const Place& here, double ds, Target& to, Branch& branch,
-               std::string& trouble) const {
+    bool reach(const Place& here, double ds, Target& to, Branch& branch, BranchEnd& trouble) const {
         to.z = here.z;
         const Convergence c = here.curve.step(to.z, to.J, here.t, ds);
         branch.corrections += c.iterations;
         to.iterations = c.iterations;
         if (!c.ok()) {
-            trouble = trouble == shrunk ? detail::no_convergence : trouble;
+            trouble = trouble == BranchEnd::equilibrium ? BranchEnd::no_convergence : trouble;
             return false;
         }
         if (!(here.curve.tangent(to.J, here.t).dot(here.t) > 0.9))
@@ -258,11 +247,10 @@ private:
         return e.status == Status::ok;
     }
     /// The step is one of the same word, and its end the next point.
-    StepEnd accept(Place& here, const Target& to, double& ds, Branch& branch,
-                   std::string& trouble) {
+    StepEnd accept(Place& here, const Target& to, double& ds, Branch& branch, BranchEnd& trouble) {
         BranchPoint next = point_of(to.cycle, here.shooting->arcs_in(to.J));
         if (!(std::abs(next.multipliers[0]) < detail::largest_multiplier)) {
-            trouble = detail::too_unstable;
+            trouble = BranchEnd::too_unstable;
             return StepEnd::failed;
         }
         const Vector t = here.curve.tangent(to.J, here.t);
@@ -273,11 +261,11 @@ private:
         if (line_.system.interrupted())
             return StepEnd::ended;
         if (passed == SmoothEnd::unlocated) {
-            trouble = "a bifurcation could not be located";
+            trouble = BranchEnd::not_located;
             return StepEnd::retry;
         }
         if (passed == SmoothEnd::merges) {
-            branch.end = "it ends on the orbit of half its period, which flips there";
+            branch.end = BranchEnd::half_period;
             return StepEnd::ended;
         }
         if (branch.points.size() > 1 &&
@@ -286,14 +274,14 @@ private:
             return comes_back(branch);
         branch.points.push_back(std::move(next));
         if (to.last) {
-            branch.end = "bound of the parameter";
+            branch.end = BranchEnd::bound;
             return StepEnd::ended;
         }
         here.z = to.z;
         here.t = t;
         here.entered.reset();
         if (lasts_for_ever(here)) {
-            branch.end = endless;
+            branch.end = BranchEnd::homoclinic;
             return StepEnd::ended;
         }
         if (needs_phase(to.cycle)) // the plane before may touch the orbit further on, like a fold
@@ -413,12 +401,12 @@ private:
     }
     StepEnd turns_back(Branch& branch) const {
         branch.status = Status::not_converged;
-        branch.end = turned_back;
+        branch.end = BranchEnd::turned_back;
         return StepEnd::ended;
     }
     StepEnd comes_back(Branch& branch) const {
         branch.points.push_back(point_of(start_));
-        branch.end = detail::comes_back;
+        branch.end = BranchEnd::closed;
         return StepEnd::ended;
     }
 
@@ -427,13 +415,13 @@ private:
     /// A word ends between `here` and `beyond`: find out where and why, and go on with the next.
     /// @param close  the step is short: what multipliers do before they become infinite was seen
     StepEnd bifurcate(Place& here, const Cycle& beyond, const std::vector<Test>& failed,
-                      Branch& branch, std::string& trouble, bool close, bool last_try) {
+                      Branch& branch, BranchEnd& trouble, bool close, bool last_try) {
         std::vector<Test> causes = causes_of(failed, beyond);
         const bool born = causes[0].what != Test::What::duration;
         const auto others = std::erase_if(causes, [born](const Test& test) {
             return born != (test.what != Test::What::duration);
         });
-        trouble = several;
+        trouble = BranchEnd::several;
         if (others > 0 && !last_try) // which one comes first, a smaller step may tell
             return StepEnd::retry;
         const Cycle before = here.cycle();
@@ -444,7 +432,7 @@ private:
             conditions = detail::conditions_behind(line_.system, before, beyond, causes);
         }
         if (conditions.empty()) {
-            trouble = detail::touches_crossed;
+            trouble = BranchEnd::touches_crossed;
             return StepEnd::retry;
         }
         std::vector<SpecialPoint> special;
@@ -455,14 +443,14 @@ private:
             const double value = line_.value(s.cycle);
             const bool late = last_try && last_before(branch, before.word, value, to - from);
             if (!c.ok() || !(late || within(value, from, to))) {
-                trouble = "a bifurcation could not be located";
+                trouble = BranchEnd::not_located;
                 return StepEnd::retry;
             }
             if (line_.system.interrupted())
                 return StepEnd::ended;
             if (!born && s.kind == Kind::grazing) {
                 if (!detail::crosses_alike(line_.system, s)) {
-                    trouble = detail::touches_crossed;
+                    trouble = BranchEnd::touches_crossed;
                     return StepEnd::retry;
                 }
                 if (!close && !last_try)
@@ -534,7 +522,7 @@ private:
             if (one.period < 0.9 * after.period) { // passed several times, and met at each
                 special[0].word_after = one.word.string();
                 branch.special.push_back(std::move(special[0]));
-                branch.end = "it ends on an orbit of a part of its period";
+                branch.end = BranchEnd::part_of_period;
                 return StepEnd::ended;
             }
         }
@@ -544,7 +532,7 @@ private:
             branch.special.push_back(std::move(s));
         }
         if (!next) {
-            branch.end = no_orbit;
+            branch.end = BranchEnd::no_orbit;
             return StepEnd::ended;
         }
         here = std::move(*next);

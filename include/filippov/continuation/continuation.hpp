@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/continuation/bifurcation.hpp>
+#include <filippov/continuation/branch_end.hpp>
 
 #include <cmath>
 #include <functional>
@@ -41,9 +42,19 @@ struct Branch {
     std::vector<BranchPoint> points;
     std::vector<SpecialPoint> special;
     Status status = Status::ok; ///< of the end that went worse
-    std::string begin, end;     ///< why it ends there
+    BranchEnd begin{}, end{};   ///< why it ends there
     long long corrections = 0;  ///< Newton iterations, each one flow with derivatives
 };
+
+/// Why a branch ends at its first point or its last, in words.
+inline std::string end_message(const Branch& branch, bool first) {
+    const BranchEnd end = first ? branch.begin : branch.end;
+    std::string text(message(end));
+    if (end == BranchEnd::second_bifurcation && !branch.special.empty())
+        text +=
+            ": " + std::string(name((first ? branch.special.front() : branch.special.back()).kind));
+    return text;
+}
 
 /// How a branch is followed.
 struct BranchSettings {
@@ -57,9 +68,6 @@ struct BranchSettings {
 };
 
 namespace detail {
-
-inline constexpr const char* comes_back = "the branch is closed: it comes back to its start";
-inline constexpr const char* no_convergence = "Newton's iteration does not converge";
 
 inline void validate(const BranchSettings& s) {
     if (!(s.min_step > 0 && s.min_step <= s.max_step && std::isfinite(s.max_step)))
@@ -89,7 +97,7 @@ inline bool stopped(const AnySystem& system, Branch& branch) {
     if (!system.interrupted())
         return false;
     branch.status = Status::interrupted;
-    branch.end = message(Status::interrupted);
+    branch.end = BranchEnd::interrupted;
     return true;
 }
 /// Steps until `advance(ds)` says that the branch ends.
@@ -103,7 +111,7 @@ void walk(const AnySystem& system, const BranchSettings& settings, Branch& branc
             return;
     }
     branch.status = Status::max_steps;
-    branch.end = "max_points reached";
+    branch.end = BranchEnd::max_points;
 }
 /// One branch of the two directions in which it was followed from a start, the first point of both.
 inline Branch joined(const Branch& backward, const Branch& forward) {

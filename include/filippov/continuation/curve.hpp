@@ -37,12 +37,12 @@ public:
         detail::require_continuable(plane_.system, start.orbit().p);
         detail::HalfCurve forward, backward;
         run(start, +1, forward);
-        if (forward.end == detail::comes_back)
-            backward.end = detail::comes_back;
+        if (forward.end == BranchEnd::closed)
+            backward.end = BranchEnd::closed;
         else if (start.growing < 0 && start.growing_rate == 0)
             run(start, -1, backward);
         else
-            backward.end = at_codimension_two;
+            backward.end = BranchEnd::codimension_two;
         for (const auto* half : {&forward, &backward})
             degenerate_.insert(degenerate_.end(), half->degenerate.begin(), half->degenerate.end());
         return {detail::joined(backward, forward), start.kind};
@@ -51,7 +51,6 @@ public:
 private:
     using Place = detail::CurvePlace;
     using StepEnd = detail::StepEnd;
-    static constexpr const char* at_codimension_two = "a point of codimension two";
 
     void run(const CurveStart& start, int direction, detail::HalfCurve& curve) {
         auto here = detail::place_of(plane_, start, direction);
@@ -59,7 +58,7 @@ private:
             return;
         if (!here) {
             curve.status = Status::not_finite;
-            curve.end = "the start cannot be evaluated";
+            curve.end = BranchEnd::no_start;
             return;
         }
         Matrix J;
@@ -83,7 +82,7 @@ private:
 
     /// One step, whatever it meets; false at the end of the curve.
     bool advance(Place& here, double& ds, detail::HalfCurve& curve) {
-        std::string trouble = detail::no_convergence;
+        BranchEnd trouble = BranchEnd::no_convergence;
         for (; ds >= settings_.min_step; ds /= 2) {
             const StepEnd end = attempt(here, ds, curve, trouble);
             if (end == StepEnd::failed)
@@ -98,7 +97,7 @@ private:
         curve.end = trouble;
         return false;
     }
-    StepEnd attempt(Place& here, double& ds, detail::HalfCurve& curve, std::string& trouble) {
+    StepEnd attempt(Place& here, double& ds, detail::HalfCurve& curve, BranchEnd& trouble) {
         Target to;
         const bool reached = reach(here, ds, to, curve);
         if (plane_.system.interrupted())
@@ -110,7 +109,7 @@ private:
         const bool from_degenerate =
             curve.points.size() == 1 && std::abs(before) < 1e-6 * std::abs(after);
         if (from_degenerate && detail::is_beyond_degenerate(here, after)) {
-            curve.end = at_codimension_two;
+            curve.end = BranchEnd::codimension_two;
             return StepEnd::ended;
         }
         if (!from_degenerate && before * after < 0 &&
@@ -163,10 +162,10 @@ private:
     }
     /// The step is one of the same word, and its end the next point.
     StepEnd accept(Place& here, const Target& to, double& ds, Branch& curve,
-                   std::string& trouble) const {
+                   BranchEnd& trouble) const {
         BranchPoint next = detail::point_of(plane_.system, here, to.z);
         if (!(std::abs(next.multipliers[0]) < detail::largest_multiplier)) {
-            trouble = detail::too_unstable;
+            trouble = BranchEnd::too_unstable;
             return StepEnd::failed;
         }
         if (changes_word(here.kind))
@@ -175,12 +174,12 @@ private:
                                          curve);
         if (passes_start(here, to)) {
             curve.points.push_back(curve.points.front());
-            curve.end = detail::comes_back;
+            curve.end = BranchEnd::closed;
             return StepEnd::ended;
         }
         curve.points.push_back(std::move(next));
         if (to.last) {
-            curve.end = "bound of the parameters";
+            curve.end = BranchEnd::bound_of_two;
             return StepEnd::ended;
         }
         here.z = to.z;

@@ -57,8 +57,8 @@ public:
     /// How many lanes a register has; 1 for a system that does not run in lanes.
     virtual int width() const = 0;
     /// See `run_population`.
-    virtual PopulationRun run(std::size_t n, AnyPopulation& population,
-                              const EnsembleSettings& settings, const Parallel& how) const = 0;
+    virtual PopulationRun run(std::size_t n, AnyPopulation& population, const RunSettings& settings,
+                              const Parallel& how) const = 0;
 };
 
 namespace detail {
@@ -114,7 +114,7 @@ public:
     int dim() const override { return component_count(sys_); }
     int params() const override { return given_params(sys_); }
     int width() const override { return RunsInLanes<Sys> ? W : 1; }
-    PopulationRun run(std::size_t n, AnyPopulation& population, const EnsembleSettings& settings,
+    PopulationRun run(std::size_t n, AnyPopulation& population, const RunSettings& settings,
                       const Parallel& how) const override {
         if (!population.escape.empty() && population.escape.size() != std::size_t(dim()))
             refuse("escape.size()", double(population.escape.size()), "expected dim entries");
@@ -122,7 +122,7 @@ public:
         const auto own = sized_settings<N>(settings, dim());
         const auto engine =
             std::static_pointer_cast<const ScalarEngine<N, P>>(scalar_->engine(settings));
-        return settings.eighth_order
+        return settings.method == Method::dop853
                    ? run_population<DormandPrince8, W>(sys_, n, sized, own, *engine, how)
                    : run_population<DormandPrince5, W>(sys_, n, sized, own, *engine, how);
     }

@@ -4,27 +4,15 @@
 #pragma once
 
 #include <filippov/ensemble/population.hpp>
+#include <filippov/run/run_settings.hpp>
 
-#include <limits>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace filippov {
 
-/// What the runs of an ensemble are told: see Settings.
-struct EnsembleSettings {
-    double rtol = 1e-8;
-    std::vector<double> atol{1e-10}; ///< shape (dim,), or one for all
-    double max_step = std::numeric_limits<double>::infinity();
-    double first_step = 0;
-    long long max_steps = 100'000'000, max_events = 10'000'000; ///< of a member
-    NonUnique on_nonunique = NonUnique::stop;
-    bool eighth_order = true; ///< Dormand-Prince 8(5,3), else 5(4)
-};
-
-/// Stretches of a system whose type is forgotten, with EnsembleSettings.
+/// Stretches of a system whose type is forgotten.
 class AnyScalar {
 public:
     virtual ~AnyScalar() = default;
@@ -36,25 +24,11 @@ public:
     virtual int dim() const = 0;
     virtual int params() const = 0;
     /// The engine for these settings: a ScalarEngine<dim, params>, which the caller knows to cast.
-    virtual std::shared_ptr<const void> engine(const EnsembleSettings& settings) const = 0;
+    /// @error std::invalid_argument for a method that lanes do not have
+    virtual std::shared_ptr<const void> engine(const RunSettings& settings) const = 0;
 };
 
 namespace detail {
-
-/// @param n  components that there are
-template <int N> Settings<double, N> sized_settings(const EnsembleSettings& s, int n) {
-    if (s.atol.size() != 1 && s.atol.size() != std::size_t(n))
-        refuse("atol.size()", double(s.atol.size()), "expected one entry, or dim");
-    Settings<double, N> own;
-    own.rtol = s.rtol;
-    own.atol = padded<N>(s.atol, int(s.atol.size()), s.atol[0]);
-    own.max_step = s.max_step;
-    own.first_step = s.first_step;
-    own.max_steps = s.max_steps;
-    own.max_events = s.max_events;
-    own.on_nonunique = s.on_nonunique;
-    return own;
-}
 
 template <class Sys> class ErasedScalar final : public AnyScalar {
     static constexpr int N = dim_v<Sys>, P = params_v<Sys>;
@@ -64,11 +38,13 @@ public:
 
     int dim() const override { return N; }
     int params() const override { return P; }
-    std::shared_ptr<const void> engine(const EnsembleSettings& settings) const override {
+    std::shared_ptr<const void> engine(const RunSettings& settings) const override {
         const auto own = sized_settings<N>(settings, component_count(sys_));
-        if (settings.eighth_order)
+        if (settings.method == Method::dop853)
             return erased(std::make_shared<FlowEngine<Sys, DormandPrince8>>(sys_, own));
-        return erased(std::make_shared<FlowEngine<Sys, DormandPrince5>>(sys_, own));
+        if (settings.method == Method::dopri5)
+            return erased(std::make_shared<FlowEngine<Sys, DormandPrince5>>(sys_, own));
+        refuse("method", int(settings.method), "expected Method::dopri5 or Method::dop853");
     }
 
 private:

@@ -93,12 +93,12 @@ inline void add_runs(SeamFacts& facts) {
     facts.add("Parallel::cancelled", offsetof(Parallel, cancelled));
     facts.add("Parallel::progress", offsetof(Parallel, progress));
     facts.add("Parallel::total", offsetof(Parallel, total));
-    facts.type<EnsembleSettings>("EnsembleSettings");
-    facts.add("EnsembleSettings::atol", offsetof(EnsembleSettings, atol));
-    facts.add("EnsembleSettings::max_step", offsetof(EnsembleSettings, max_step));
-    facts.add("EnsembleSettings::max_steps", offsetof(EnsembleSettings, max_steps));
-    facts.add("EnsembleSettings::on_nonunique", offsetof(EnsembleSettings, on_nonunique));
-    facts.add("EnsembleSettings::eighth_order", offsetof(EnsembleSettings, eighth_order));
+    facts.type<RunSettings>("RunSettings");
+    facts.add("RunSettings::atol", offsetof(RunSettings, atol));
+    facts.add("RunSettings::max_step", offsetof(RunSettings, max_step));
+    facts.add("RunSettings::max_steps", offsetof(RunSettings, max_steps));
+    facts.add("RunSettings::on_nonunique", offsetof(RunSettings, on_nonunique));
+    facts.add("RunSettings::method", offsetof(RunSettings, method));
     facts.type<MemberView>("MemberView");
     facts.add("MemberView::p", offsetof(MemberView, p));
     facts.add("MemberView::t0", offsetof(MemberView, t0));

@@ -20,6 +20,11 @@ enum class NonUnique : std::uint8_t {
     stay,  ///< slide
 };
 
+constexpr std::string_view name(NonUnique policy) {
+    constexpr std::array<std::string_view, 4> names{"stop", "below", "above", "stay"};
+    return names[static_cast<std::size_t>(policy)];
+}
+
 /// How a solution came to a point of a surface.
 template <class S> struct Arrival {
     int direction = 1;          ///< of time

@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from filippov import _core
+from filippov._results.settings import Settings
 from filippov._results.tiles import Arrays, Show
-from filippov._runs.ensemble import RunSettings
 from filippov._runs.lanes import lanes_of, require_level
 from filippov._system.system import System
 
@@ -25,8 +25,8 @@ class BasinWork:
 
     sys: System
     picture: Picture
-    run: RunSettings
-    search: Mapping[str, Any]  #: in the order that the compiled core takes
+    settings: Settings
+    search: Mapping[str, Any]  #: how attractors are looked for: fields of `_core.BasinSettings`
     bounds: list[float] | None
     threads: int
     level: str  #: instruction set
@@ -44,13 +44,14 @@ class BasinWork:
             lanes_of(self.sys),
             picture.grid.axes,
             picture.table,
-            picture.rest,
-            picture.t0,
-            *self.search.values(),
-            self.bounds or [],
-            *self.run.arguments,
-            *self.run.limits,
-            self.threads,
+            _core.BasinSettings(
+                run=self.settings._told(),
+                rest=picture.rest,
+                t0=picture.t0,
+                escape=self.bounds or [],
+                threads=self.threads,
+                **self.search,
+            ),
         )
 
     def _cells(self, first: int, count: int) -> tuple[int, int]:

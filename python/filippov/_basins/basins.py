@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from filippov._results.dataset import dataset
-from filippov._results.settings import Settings
+from filippov._results.settings import EXPLICIT, Settings, run_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._runs.ensemble import (
@@ -25,7 +25,6 @@ from filippov._runs.ensemble import (
     counts,
     escape_bounds,
     run_identity,
-    run_settings,
 )
 from filippov._runs.lanes import level_of
 from filippov._support.check import MOST, flag, floats, integer, number, refuse, transposed
@@ -358,18 +357,9 @@ class Basins(Stored):
     def _labelling(self) -> tuple[BasinWork, list[Any]]:
         """Give what labels points, and the attractors that it is to be given."""
         picture = Picture(self.grid, self.rest, self.t0, self.params, self.period)
-        run = run_settings(
-            self.system,
-            self.settings.method,
-            self.settings.rtol,
-            self.settings.atol,
-            self.settings.max_step,
-            self.settings.max_steps,
-            self.settings.max_events,
-            self.settings.on_nonunique,
-        )
         bounds = None if self.escape is None else list(self.escape)
-        work = BasinWork(self.system, picture, run, self.search, bounds, 0, level_of(self.system))
+        level = level_of(self.system)
+        work = BasinWork(self.system, picture, self.settings, self.search, bounds, 0, level)
         known = [
             {
                 "periodic": a.periodic,
@@ -521,7 +511,17 @@ def basins(
     Chapter, section 4.7 and figure 4.15, which plain cell mapping gets wrong: see `confusion`.
     """
     picture = picture_of(sys, grid, rest, t0, params)
-    run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
+    settings = run_settings(
+        sys.dim,
+        method,
+        rtol,
+        atol,
+        max_step,
+        max_steps,
+        max_events,
+        on_nonunique,
+        methods=EXPLICIT,
+    )
     threads, tile = counts(threads=threads, tile=tile)
     search = search_of(
         seeds=seeds,
@@ -535,11 +535,11 @@ def basins(
         seed=seed,
     )
     bounds = escape_bounds(sys, escape)
-    work = BasinWork(sys, picture, run, search, bounds, threads or 0, level_of(sys))
+    work = BasinWork(sys, picture, settings, search, bounds, threads or 0, level_of(sys))
     cells = picture.grid
 
     def identity() -> dict[str, Any]:
-        return picture.identity() | run_identity(sys, run, bounds) | {"search": search}
+        return picture.identity() | run_identity(sys, settings, bounds) | {"search": search}
 
     kept, tiling = open_store(store, "basins", identity, cells.shape[0], cells.shape[1], tile)
     shape = cells.shape
@@ -600,7 +600,7 @@ def basins(
         distance=search["distance"],
         search=search,
         escape=None if bounds is None else tuple(bounds),
-        settings=run.settings,
+        settings=settings,
         instruction_set=level_of(sys),
         stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
     )

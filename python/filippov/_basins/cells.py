@@ -17,7 +17,7 @@ from filippov import _core
 from filippov._orbits.geometry import one_surface
 from filippov._orbits.maps import section_of
 from filippov._results.dataset import dataset
-from filippov._results.settings import Settings
+from filippov._results.settings import EXPLICIT, Settings, run_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._runs.ensemble import (
@@ -26,11 +26,9 @@ from filippov._runs.ensemble import (
     STATUS_NAMES,
     EnsembleWork,
     LaneStats,
-    RunSettings,
     counts,
     escape_bounds,
     run_identity,
-    run_settings,
 )
 from filippov._runs.lanes import level_of
 from filippov._support.check import integer, mapping, number, refuse, start_within
@@ -409,7 +407,17 @@ def cell_map(
     """
     picture = picture_of(sys, grid, rest, t0, params, section is not None)
     periods = integer("periods", periods)
-    run = run_settings(sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique)
+    settings = run_settings(
+        sys.dim,
+        method,
+        rtol,
+        atol,
+        max_step,
+        max_steps,
+        max_events,
+        on_nonunique,
+        methods=EXPLICIT,
+    )
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)
     cells = picture.grid
@@ -428,7 +436,7 @@ def cell_map(
             if given is not default and given != default:
                 refuse(name, given, f"expected {default!r} with a section")
         of, longest = section_of(section, after, max_time, picture.period)
-        work = SectionWork(sys, picture, run, of, longest, periods, threads or 0)
+        work = SectionWork(sys, picture, settings, of, longest, periods, threads or 0)
     else:
         for name, given in (("after", after), ("max_time", max_time)):
             if given is not None:
@@ -438,7 +446,7 @@ def cell_map(
             "t0": np.array([picture.t0]),
             "t_end": np.array([picture.t0 + periods * picture.period]),
         }
-        members = EnsembleWork(sys, bounds, run, 0.0, threads or 0, level_of(sys), shared)
+        members = EnsembleWork(sys, bounds, settings, threads or 0, level_of(sys), shared)
         work = CellMapWork(members, picture)
     outputs: Arrays = {
         "image": np.full(cells.shape, -2, dtype=np.int32),
@@ -453,7 +461,7 @@ def cell_map(
     )
 
     def identity() -> dict[str, Any]:
-        told = picture.identity() | run_identity(sys, run, bounds) | {"periods": periods}
+        told = picture.identity() | run_identity(sys, settings, bounds) | {"periods": periods}
         if isinstance(work, SectionWork):
             told |= {"section": section, "after": after, "max_time": work.max_time}
         return told
@@ -472,7 +480,7 @@ def cell_map(
         t0=picture.t0,
         period=math.nan if section is not None else periods * picture.period,
         section=section,
-        settings=run.settings,
+        settings=settings,
         instruction_set=level_of(sys),
         stats=LaneStats.of(sums),
     )
@@ -486,7 +494,7 @@ class SectionWork:
 
     sys: System
     picture: Picture
-    run: RunSettings
+    settings: Settings
     section: tuple[int, int]  #: kind of the events, and the mode that they lead to (2: any)
     max_time: float
     iterate: int
@@ -502,8 +510,11 @@ class SectionWork:
             np.ascontiguousarray(starts[:, dim]),
             np.ascontiguousarray(starts[:, :dim]),
             picture.table,
-            self.run.settings.rtol,
-            min(self.run.settings.atol),
+            _core.RunSettings(
+                rtol=self.settings.rtol,
+                atol=[min(self.settings.atol)],
+                max_steps=self.settings.max_steps,
+            ),
             *self.section,
             self.max_time,
             self.iterate,

@@ -11,6 +11,7 @@ import numpy as np
 
 from filippov import _core
 from filippov._results.dataset import dataset
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._support.check import LONGEST, integer, number, refuse, vector
 from filippov._support.progress import Progress, ended, shown
@@ -20,7 +21,6 @@ from filippov._system.system import Params, System
 
 from .branch import KINDS, Branch, SpecialPoint, branch_from, two_parameters
 from .geometry import one_surface
-from .orbit import precision
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,7 +181,7 @@ def bifurcation_set(
     values = sys._merged(params)
     sys._require_period(values, spans)
     low, high = zip(*spans.values(), strict=True)
-    tolerances = precision(rtol, atol, max_steps)
+    told = analysis_settings(rtol, atol, max_steps)
     with shown(progress, "curve") as show:
         found = _core.bifurcation_set(
             sys._model,
@@ -204,16 +204,16 @@ def bifurcation_set(
             number("max_step", max_step, "expected 0 < max_step < 1000", above=0.0, below=1e3),
             integer("max_points", max_points),
             show,
-            *tolerances,
+            told,
         )
     over = {names[0]: spans[names[0]]}
     result = BifurcationSet(
         branches=tuple(
-            branch_from(sys, _at(values, names[1], each), over, KINDS, each, tolerances[:2])
+            branch_from(sys, _at(values, names[1], each), over, KINDS, each, told)
             for each in found["branches"]
         ),
         curves=tuple(
-            branch_from(sys, values, spans, KINDS, each, tolerances[:2]) for each in found["curves"]
+            branch_from(sys, values, spans, KINDS, each, told) for each in found["curves"]
         ),
         corrections=found["corrections"],
         failed_starts=found["failed_starts"],

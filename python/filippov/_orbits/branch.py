@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from filippov import _core
 from filippov._results.dataset import dataset, event_variables
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._support.check import among, integer, number, refuse, word, words
 from filippov._support.progress import Progress, ended, shown
@@ -24,7 +25,7 @@ from filippov._system.system import Params, System
 
 from .cycle import node_events, verify_nodes, without_point
 from .geometry import one_surface
-from .orbit import Complexes, Orbit, orbit_from, precision
+from .orbit import Complexes, Orbit, orbit_from
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,7 +130,7 @@ class Branch(Stored):
         require(tuple(self.bounds) == over, f"bounds are of {', '.join(self.bounds)}")
         known(("", *CURVE_KINDS), kind=self.kind)
         known(KINDS, detect=self.detect)
-        precision(self.rtol, self.atol, 1)
+        analysis_settings(self.rtol, self.atol)
         columns = {name: getattr(self, name) for name in ("word", "period", "turns", "stable")}
         shaped((n,), **columns, **{f"param[{name}]": each for name, each in self.param.items()})
         shaped((n, dim), multipliers=self.multipliers)
@@ -198,10 +199,10 @@ class Branch(Stored):
             atol=self.atol,
         )
         cycle = start._cycle().as_tuple()
-        tolerances = precision(self.rtol, self.atol, 10_000_000)
-        found = _core.solve_orbit(self.system._model, cycle, *tolerances)
+        told = analysis_settings(self.rtol, self.atol)
+        found = _core.solve_orbit(self.system._model, cycle, told)
         ended(found["raised"])
-        return orbit_from(self.system, found, values, self.rtol, self.atol)
+        return orbit_from(self.system, found, values, told)
 
     def plot(
         self, ax: Axes | None = None, *, y: str | None = None, **artist_kw: Any
@@ -373,12 +374,12 @@ def continuation(
         expected = "expected an Orbit, as periodic_orbit gives, or a SpecialPoint of a Branch"
         refuse("start", start, expected, TypeError)
     one_surface(orbit.system)
-    tolerances = precision(
+    told = analysis_settings(
         orbit.rtol if rtol is None else rtol, orbit.atol if atol is None else atol, max_steps
     )
     steps = (first, longest, most)
     if isinstance(parameter, str):
-        return _over_one(start, orbit, parameter, bounds, kinds, steps, tolerances, progress)
+        return _over_one(start, orbit, parameter, bounds, kinds, steps, told, progress)
     names: object = parameter
     if not isinstance(names, (tuple, list)) or len(names) != 2:
         expected = "expected the name of a parameter, or a tuple of two"
@@ -386,7 +387,7 @@ def continuation(
     if not isinstance(start, SpecialPoint):
         expected = "expected a SpecialPoint of a Branch to follow in two parameters"
         refuse("start", start, expected, TypeError)
-    return _in_two(start, parameter, bounds, kinds, steps, tolerances)
+    return _in_two(start, parameter, bounds, kinds, steps, told)
 
 
 def _over_one(
@@ -396,7 +397,7 @@ def _over_one(
     bounds: Any,  # noqa: ANN401 - checked here
     kinds: tuple[str, ...],
     steps: tuple[float, float, int],
-    tolerances: tuple[float, float, int],
+    told: _core.RunSettings,
     progress: Progress,
 ) -> Branch:
     cycle = orbit._cycle()
@@ -420,9 +421,9 @@ def _over_one(
             steps[1],
             steps[2],
             show,
-            *tolerances,
+            told,
         )
-    branch = branch_from(sys, orbit.params, {name: span}, kinds, found, tolerances[:2])
+    branch = branch_from(sys, orbit.params, {name: span}, kinds, found, told)
     ended(found["raised"], branch=branch)
     return branch
 
@@ -433,7 +434,7 @@ def _in_two(
     bounds: Any,  # noqa: ANN401 - checked here
     kinds: tuple[str, ...],
     steps: tuple[float, float, int],
-    tolerances: tuple[float, float, int],
+    told: _core.RunSettings,
 ) -> Branch:
     if start.kind not in CURVE_KINDS:
         refuse("start", start, f"expected one of {', '.join(CURVE_KINDS)}")
@@ -462,11 +463,9 @@ def _in_two(
         low,
         high,
         *steps,
-        *tolerances,
+        told,
     )
-    curves = [
-        branch_from(sys, params, spans, kinds, each, tolerances[:2]) for each in found["curves"]
-    ]
+    curves = [branch_from(sys, params, spans, kinds, each, told) for each in found["curves"]]
     branch = dataclasses.replace(curves[0], connected=tuple(curves[1:]))
     ended(found["raised"], branch=branch)
     return branch
@@ -491,12 +490,12 @@ def branch_from(
     bounds: dict[str, tuple[float, float]],
     kinds: tuple[str, ...],
     found: _core._Branch,
-    tolerances: tuple[float, float],
+    told: _core.RunSettings,
 ) -> Branch:
     """Build a branch from what the core gave."""
     events, words, _ = node_events(sys, found)
     names = list(bounds)
-    specials = (_special_from(sys, params, names, each, tolerances) for each in found["special"])
+    specials = (_special_from(sys, params, names, each, told) for each in found["special"])
     columns = {name: list(sys.params).index(name) for name in names}
     return Branch(
         kind=found["kind"],
@@ -516,8 +515,8 @@ def branch_from(
         params=Params({key: value for key, value in params.items() if key not in bounds}),
         bounds=bounds,
         detect=kinds,
-        rtol=tolerances[0],
-        atol=tolerances[1],
+        rtol=told.rtol,
+        atol=told.atol[0],
     )
 
 
@@ -526,9 +525,9 @@ def _special_from(
     params: Mapping[str, float],
     names: list[str],
     found: _core._Special,
-    tolerances: tuple[float, float],
+    told: _core.RunSettings,
 ) -> SpecialPoint:
-    orbit = orbit_from(sys, found["orbit"], params, *tolerances)
+    orbit = orbit_from(sys, found["orbit"], params, told)
     node = found["node"]
     if node >= 0:
         node = int(node_events(sys, found["orbit"])[2][node])

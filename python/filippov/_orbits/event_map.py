@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from filippov import _core
 from filippov._results.dataset import dataset
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._support.check import MOST, floats, integer, number, refuse, vector
 from filippov._support.progress import Progress, ended, shown
@@ -168,8 +169,7 @@ class EventMap(Stored):
         out = _core.map_images(
             self.system._model,
             np.array(list(self.params.values()), dtype=np.float64),
-            s.rtol,
-            s.atol,
+            analysis_settings(s.rtol, s.atol),
             s.max_periods,
             None if s.guess is None else np.array(s.guess),
             self.iterate,
@@ -295,9 +295,10 @@ def event_map(
     if iterate > 1_000_000:
         refuse("iterate", iterate, "expected an integer from 1 to 1000000")
     start = None if guess is None else vector("guess", guess, sys.dim, sys.state)
+    told = analysis_settings(rtol, atol)
     settings = MapSettings(
-        rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
-        atol=number("atol", atol, "expected a finite number > 0", above=0.0),
+        rtol=told.rtol,
+        atol=told.atol[0],
         max_periods=number(
             "max_periods", max_periods, "expected 0 < max_periods < 1e9", above=0.0, below=1e9
         ),
@@ -308,8 +309,7 @@ def event_map(
         run = _core.map_graph(
             sys._model,
             np.array(list(values.values()), dtype=np.float64),
-            settings.rtol,
-            settings.atol,
+            told,
             settings.max_periods,
             start,
             iterate,

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from filippov import _core
 from filippov._results.dataset import dataset
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._support.check import integer, number, refuse, vector
 from filippov._support.progress import Progress, ended, shown
@@ -159,15 +160,13 @@ def lyapunov(
     if not window >= batches * stretch:
         least = f"{batches * stretch:g}: {batches} batches of one stretch, {stretch:g}"
         refuse("window", window, f"expected at least {least}")
-    rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
-    atol = number("atol", atol, positive, above=0.0)
+    told = analysis_settings(rtol, atol)
     with shown(progress, "stretch") as show:
         run = _core.lyapunov(
             sys._model,
             np.array(list(values.values()), dtype=np.float64),
             start,
-            rtol,
-            atol,
+            told,
             transient,
             window,
             stretch,

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import KIND_NAMES
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._support.check import (
     LONGEST,
@@ -281,21 +282,20 @@ class _Task:
         self.t0, self.x0, self.single = _starts(sys, t0, x0)
         for time in (self.t0.min(), self.t0.max()) if self.t0.size else ():
             start_within("t0", float(time), sys.period(self.params))
-        self.rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
-        self.atol = number("atol", atol, "expected a finite number > 0", above=0.0)
+        self.told = analysis_settings(rtol, atol)
         self.iterate = integer("iterate", iterate)
         if self.iterate > MOST_ITERATES:
             refuse("iterate", iterate, f"expected an integer from 1 to {MOST_ITERATES}")
 
     def arguments(
         self,
-    ) -> tuple[_core.Model, Floats, Floats, Floats, list[int], float, float, int]:
+    ) -> tuple[_core.Model, Floats, Floats, Floats, list[int], _core.RunSettings, int]:
         """Give what the core takes first."""
         names = list(self.params)
         active = [names.index(name) for name in self.wrt]
         values = self.system._values(self.params)
         model = self.system._model
-        return model, self.t0, self.x0, values, active, self.rtol, self.atol, self.iterate
+        return model, self.t0, self.x0, values, active, self.told, self.iterate
 
     def result(self, run: _core._Mapped) -> Mapped:
         """Shape what the core gives: without the axis of starts if there was one."""

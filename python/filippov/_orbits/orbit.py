@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset, event_variables
 from filippov._results.event import EventKind
+from filippov._results.settings import analysis_settings
 from filippov._results.store import Stored
 from filippov._runs.simulate import simulate
 from filippov._runs.trajectory import Trajectory
 from filippov._support.check import (
     LONGEST,
-    MOST,
     flag,
     integer,
     number,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-__all__ = ["Complexes", "Orbit", "OrbitError", "orbit_from", "periodic_orbit", "precision"]
+__all__ = ["Complexes", "Orbit", "OrbitError", "orbit_from", "periodic_orbit"]
 
 Complexes = NDArray[np.complex128]
 
@@ -108,7 +108,7 @@ class Orbit(Stored):
     def _verify(self) -> None:
         dim = self.system.dim
         complete(self.params, self.system.params)
-        precision(self.rtol, self.atol, 1)
+        analysis_settings(self.rtol, self.atol)
         shaped((dim,), multipliers=self.multipliers, x0=self.x0)
         shaped((dim, dim), monodromy=self.monodromy)
         verify_columns(self.system, self.events)
@@ -308,8 +308,7 @@ def periodic_orbit(
     """
     _refuse_systems(sys)
     values = _base_params(sys, guess)._merged(params)
-    rtol, atol, max_steps = precision(rtol, atol, max_steps)
-    tolerances = (rtol, atol, max_steps)
+    told = analysis_settings(rtol, atol, max_steps)
     if turns is not None:
         turns = integer("turns", turns)
     if x0 is not None and guess is not None:
@@ -321,33 +320,24 @@ def periodic_orbit(
     longest, length = integer("max_turns", max_turns), span("transient", transient, forced, 0.0)
     if guess is None:
         start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
-        found = _core.settle(sys._model, p, start, length, longest, limit, *tolerances)
+        found = _core.settle(sys._model, p, start, length, longest, limit, told)
     elif isinstance(guess, Orbit):
         if turns not in (None, guess.turns):
             refuse("turns", turns, f"expected None: the guess has {guess.turns}")
         cycle = guess._cycle().at(sys, values)
-        found = _core.solve_orbit(sys._model, cycle.as_tuple(), *tolerances)
+        found = _core.solve_orbit(sys._model, cycle.as_tuple(), told)
     else:
         t0, state, times = _near(sys, guess, values, turns)
-        found = _core.orbit_near(sys._model, p, t0, state, times, limit, *tolerances)
-    orbit = orbit_from(sys, found, values, rtol, atol)
+        found = _core.orbit_near(sys._model, p, t0, state, times, limit, told)
+    orbit = orbit_from(sys, found, values, told)
     ended(found["raised"], orbit=orbit)
     if raises and not orbit.success:
         raise OrbitError(orbit)
     return orbit
 
 
-def precision(rtol: float, atol: float, max_steps: int) -> tuple[float, float, int]:
-    """Check the tolerances of an analysis."""
-    return (
-        number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
-        number("atol", atol, "expected a finite number > 0", above=0.0),
-        integer("max_steps", max_steps, most=MOST),
-    )
-
-
 def orbit_from(
-    sys: System, found: _core._Orbit, params: Mapping[str, float], rtol: float, atol: float
+    sys: System, found: _core._Orbit, params: Mapping[str, float], told: _core.RunSettings
 ) -> Orbit:
     """Build an orbit from what the core gave; `params` are those that were asked for."""
     status = Status(found["status"])
@@ -371,8 +361,8 @@ def orbit_from(
         message="" if known else found["message"],
         residual=found["residual"],
         iterations=found["iterations"],
-        rtol=rtol,
-        atol=atol,
+        rtol=told.rtol,
+        atol=told.atol[0],
     )
 
 

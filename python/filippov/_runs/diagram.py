@@ -15,14 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import KIND_NAMES
-from filippov._results.settings import METHOD_NAMES, POLICIES, Settings, Stats
+from filippov._results.settings import Settings, Stats, run_settings
 from filippov._results.store import Stored
 from filippov._support.check import (
-    MOST,
-    choice,
     flag,
     integer,
-    number,
     one_of,
     refuse,
     span,
@@ -35,7 +32,7 @@ from filippov._support.status import Status
 from filippov._support.types import Floats
 from filippov._system.system import Params, System
 
-from .simulate import absolute_tolerance, method_of
+from .simulate import method_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -308,18 +305,10 @@ def bifurcation_diagram(
         refuse("section", section, expected)
     if sections == ("strobe",) and not forced:
         refuse("section", section, f"expected kinds of event: {sys.name} has no period")
-    which = method_of(sys, method, "dop853")
-    settings = Settings(
-        method=METHOD_NAMES[which],
-        rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
-        atol=tuple(absolute_tolerance(atol, sys.dim).tolist()),
-        max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
-        first_step=None,
-        max_steps=integer("max_steps", max_steps, most=MOST),
-        max_events=integer("max_events", max_events, most=MOST),
-        on_nonunique=on_nonunique,
+    told = method_for(sys, method, "dop853")
+    settings = run_settings(
+        sys.dim, told, rtol, atol, max_step, max_steps, max_events, on_nonunique
     )
-    policy = choice("on_nonunique", on_nonunique, POLICIES)
     transient = span("transient", transient, forced, 0.0)
     keep = span("keep", keep, forced, math.ulp(0.0))
     chains = integer("chains", chains)
@@ -332,13 +321,7 @@ def bifurcation_diagram(
             sys._model,
             start,
             rows,
-            which,
-            settings.rtol,
-            np.array(settings.atol),
-            settings.max_step,
-            settings.max_steps,
-            settings.max_events,
-            policy,
+            settings._told(),
             [] if sections == ("strobe",) else [KIND_NAMES.index(kind) for kind in sections],
             -1 if surface is None else sys._surface(surface),
             direction,

@@ -16,16 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import modes_of
-from filippov._results.settings import EXPLICIT, METHOD_NAMES, POLICIES, Settings
+from filippov._results.settings import EXPLICIT, Settings, run_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._support.check import (
-    MOST,
-    choice,
     floats,
     integer,
     mapping,
-    number,
     refuse,
     start_first,
     transposed,
@@ -38,14 +35,13 @@ from filippov._support.types import Floats
 from filippov._system.system import System
 
 from .lanes import lanes_in_a_register, lanes_of, level_of, require_level
-from .simulate import absolute_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-__all__ = ["Ensemble", "LaneStats", "RunSettings", "ensemble", "run_settings"]
+__all__ = ["Ensemble", "LaneStats", "ensemble"]
 
 STATUS_NAMES = np.array(_core.status_names())
 INTERRUPTED = list(STATUS_NAMES).index(Status.interrupted.value)
@@ -186,47 +182,6 @@ class Ensemble(Stored):
         )
 
 
-@dataclass(frozen=True)
-class RunSettings:
-    """Settings of every member, checked, as the compiled core takes them."""
-
-    settings: Settings
-    arguments: tuple[bool, float, Floats, float]  #: eighth_order, rtol, atol, max_step
-    limits: tuple[int, int, int]  #: max_steps, max_events, on_nonunique
-
-
-def run_settings(
-    sys: System,
-    method: str,
-    rtol: float,
-    atol: ArrayLike,
-    max_step: float,
-    max_steps: int,
-    max_events: int,
-    on_nonunique: str,
-    first_step: float | None = None,
-) -> RunSettings:
-    """Check what every run is told."""
-    eighth_order = choice("method", method, EXPLICIT)
-    tolerance = absolute_tolerance(atol, sys.dim)
-    settings = Settings(
-        method=METHOD_NAMES[eighth_order],
-        rtol=number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0),
-        atol=tuple(tolerance.tolist()),
-        max_step=number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True),
-        first_step=first_step,
-        max_steps=integer("max_steps", max_steps, most=MOST),
-        max_events=integer("max_events", max_events, most=MOST),
-        on_nonunique=on_nonunique,
-    )
-    policy = choice("on_nonunique", on_nonunique, POLICIES)
-    return RunSettings(
-        settings,
-        (bool(eighth_order), settings.rtol, tolerance, settings.max_step),
-        (settings.max_steps, settings.max_events, policy),
-    )
-
-
 def escape_bounds(sys: System, escape: ArrayLike | None) -> list[float] | None:
     """Bounds on the size of each component, None if there are none."""
     if escape is None:
@@ -319,16 +274,23 @@ def ensemble(
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     members = _Members(sys, x0, t_span, params)
-    if first_step is not None:
-        first_step = number("first_step", first_step, "expected a number > 0", above=0.0)
-    run = run_settings(
-        sys, method, rtol, atol, max_step, max_steps, max_events, on_nonunique, first_step
+    settings = run_settings(
+        sys.dim,
+        method,
+        rtol,
+        atol,
+        max_step,
+        max_steps,
+        max_events,
+        on_nonunique,
+        first_step,
+        methods=EXPLICIT,
     )
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)
     shared, each = members.rows()
     level = level_of(sys)
-    work = EnsembleWork(sys, bounds, run, first_step or 0.0, threads or 0, level, shared)
+    work = EnsembleWork(sys, bounds, settings, threads or 0, level, shared)
     outputs: Arrays = {
         "y": np.full((members.size, sys.dim), np.nan),
         "t": np.full(members.size, np.nan),
@@ -342,8 +304,7 @@ def ensemble(
     stage = Stage("members", work, outputs, COUNTS, each, dims)
 
     def identity() -> dict[str, Any]:
-        return run_identity(sys, run, bounds) | {
-            "first_step": first_step or 0.0,
+        return run_identity(sys, settings, bounds) | {
             "shape": list(members.shape),
             "members": fingerprint(shared | each),
         }
@@ -365,7 +326,7 @@ def ensemble(
         params=members.params,
         system=sys,
         state=sys.state,
-        settings=run.settings,
+        settings=settings,
         instruction_set=level_of(sys),
         stats=LaneStats.of(sums),
     )
@@ -379,8 +340,7 @@ class EnsembleWork:
 
     sys: System
     bounds: list[float] | None
-    run: RunSettings
-    first_step: float
+    settings: Settings
     threads: int
     level: str  #: instruction set
     shared: Arrays  #: what of "x0", "params", "t0" and "t_end" is the same for all, in one row
@@ -398,9 +358,7 @@ class EnsembleWork:
             given["t0"],
             given["t_end"],
             self.bounds,
-            *self.run.arguments,
-            self.first_step,
-            *self.run.limits,
+            self.settings._told(),
             self.threads,
             show,
         )
@@ -420,11 +378,11 @@ def fingerprint(arrays: Arrays) -> str:
     return digest.hexdigest()
 
 
-def run_identity(sys: System, run: RunSettings, bounds: list[float] | None) -> dict[str, Any]:
+def run_identity(sys: System, settings: Settings, bounds: list[float] | None) -> dict[str, Any]:
     """All that determines what comes of a start, as JSON can hold it."""
     return {
         "system": sys._identity(),
-        "settings": asdict(run.settings) | {"atol": list(run.settings.atol)},
+        "settings": asdict(settings) | {"atol": list(settings.atol)},
         "escape": bounds,
         "instruction_set": level_of(sys),
     }

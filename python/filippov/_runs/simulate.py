@@ -15,21 +15,17 @@ from filippov._results.event import EventFunction, EventKind, event_log, watch_a
 from filippov._results.settings import (
     ALL,
     EXPLICIT,
-    METHOD_NAMES,
-    METHODS,
     POLICIES,
     Settings,
     Stats,
+    run_settings,
 )
 from filippov._results.solution import Solution
 from filippov._support.check import (
     LONGEST,
-    MOST,
-    choice,
     flag,
     floats,
     integer,
-    number,
     refuse,
     start_first,
     time_span,
@@ -44,9 +40,8 @@ from .trajectory import Branches, Trajectory
 
 __all__ = [
     "SimulationError",
-    "absolute_tolerance",
     "advice",
-    "method_of",
+    "method_for",
     "simulate",
 ]
 
@@ -194,15 +189,18 @@ def simulate(
     period = sys._model.period(p)
     if period > 0 and not max(abs(t0), abs(t_end)) / period < LONGEST:
         refuse("t_span", t_span, f"expected times of fewer than 2**52 periods, {period:.9g} each")
-    which = method_of(sys, method, "dopri5")
-    rtol = number("rtol", rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
-    tolerance = absolute_tolerance(atol, sys.dim)
-    max_step = number("max_step", max_step, "expected a number > 0", above=0.0, infinite=True)
-    if first_step is not None:
-        first_step = number("first_step", first_step, "expected a number > 0, or None", above=0.0)
-    max_steps = integer("max_steps", max_steps, most=MOST)
-    max_events = integer("max_events", max_events, most=MOST)
-    policy = choice("on_nonunique", on_nonunique, POLICIES | {ALL: POLICIES["stop"]})
+    settings = run_settings(
+        sys.dim,
+        method_for(sys, method, "dopri5"),
+        rtol,
+        atol,
+        max_step,
+        max_steps,
+        max_events,
+        on_nonunique,
+        first_step,
+        policies=(*POLICIES, ALL),
+    )
     branches = on_nonunique == ALL
     most = integer("max_branches", max_branches)
     most = most if branches else 0
@@ -217,29 +215,12 @@ def simulate(
         t0,
         t_end,
         p,
-        which,
-        rtol,
-        tolerance,
-        max_step,
-        first_step or 0.0,
-        max_steps,
-        max_events,
-        policy,
+        settings._told(),
         most,
         dense,
         times,
         [watch.as_tuple() for watch in watched],
         run_params,
-    )
-    settings = Settings(
-        method=METHOD_NAMES[which],
-        rtol=rtol,
-        atol=tuple(tolerance.tolist()),
-        max_step=max_step,
-        first_step=first_step,
-        max_steps=max_steps,
-        max_events=max_events,
-        on_nonunique=on_nonunique,
     )
     n_watched = None if events is None else len(watched)
     found = [_trajectory(sys, run, run_params, settings, n_watched) for run in runs]
@@ -279,11 +260,11 @@ def _trajectory(
     )
 
 
-def method_of(sys: System, method: str | None, default: str) -> int:
-    """Give the number of a method; without one, of the default, or of what a stiff system needs."""
+def method_for(sys: System, method: str | None, default: str) -> str:
+    """Name a method; without one the default, or what a stiff system needs."""
     if method is None:
-        method = "rodas5p" if sys._positive() else default
-    return choice("method", method, METHODS)
+        return "rodas5p" if sys._positive() else default
+    return method
 
 
 def advice(sys: System, method: str, status: str) -> str:
@@ -291,15 +272,6 @@ def advice(sys: System, method: str, status: str) -> str:
     stiff = bool(sys._positive()) and method in EXPLICIT
     helps = stiff and status == Status.max_steps
     return " A smoothed system is stiff: use method='rodas5p'." if helps else ""
-
-
-def absolute_tolerance(atol: ArrayLike, dim: int) -> Floats:
-    """Check an absolute tolerance: one number for all components, or one each."""
-    expected = f"expected a finite number >= 0, or {dim} of them"
-    array = floats("atol", atol, expected)
-    if array.shape not in ((), (dim,)) or not (np.isfinite(array) & (array >= 0)).all():
-        refuse("atol", atol, expected)
-    return np.ascontiguousarray(np.broadcast_to(array, (dim,)))
 
 
 def _times(t_eval: ArrayLike, t0: float, t_end: float) -> Floats:

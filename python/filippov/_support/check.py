@@ -9,12 +9,14 @@ import numbers
 import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .types import Floats
+
+T = TypeVar("T")
 
 __all__ = [
     "LAWS",
@@ -381,7 +383,7 @@ def start_within(name: str, t0: float, period: float | None) -> float:
     return t0
 
 
-def choice(name: str, value: object, accepted: Mapping[str, int]) -> int:
+def choice(name: str, value: object, accepted: Mapping[str, T]) -> T:
     """Meaning of one of the accepted words."""
     return accepted[word(name, value, accepted)]
 

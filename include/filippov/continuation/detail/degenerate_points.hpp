@@ -97,7 +97,7 @@ inline void end_at_degenerate(const AnySystem& system, const CurvePlace& here, c
     curve.degenerate.push_back({plain, 0, special.side});
     curve.special.push_back(special);
     curve.points.push_back(point_of(system, here, at.z));
-    curve.end = "degenerate switching-sliding";
+    curve.end = BranchEnd::degenerate_switching_sliding;
 }
 /// Where the orbit crosses into the far side tangent to second order. On the other side of it a
 /// slide that begins on the boundary leaves it there at once.
@@ -105,7 +105,7 @@ inline void end_at_degenerate_crossing(const AnySystem& system, const CurvePlace
                                        const Located& at, HalfCurve& curve) {
     curve.special.push_back(special_at(system, here, at, Kind::crossing_sliding));
     curve.points.push_back(point_of(system, here, at.z));
-    curve.end = "degenerate crossing-sliding";
+    curve.end = BranchEnd::degenerate_crossing_sliding;
 }
 /// True where an entry that is tangent to second order leads on to the far side.
 inline bool leads_on(const CurvePlace& here, const Vector& z) {
@@ -139,7 +139,7 @@ inline bool second_order_point(const AnySystem& system, const CurvePlace& here, 
     }
     curve.special.push_back(special_at(system, here, at, here.kind));
     curve.points.push_back(point_of(system, here, at.z));
-    curve.end = "degenerate";
+    curve.end = BranchEnd::degenerate;
     return true;
 }
 

@@ -18,9 +18,6 @@ namespace filippov {
 
 namespace detail {
 
-inline std::string same_orbit_has(Kind kind) {
-    return "the same orbit has a bifurcation of the kind " + std::string(name(kind));
-}
 /// The sliding bifurcation of an orbit that bifurcates otherwise, too.
 inline SpecialPoint second_bifurcation(const AnySystem& system, const CurvePlace& here,
                                        const SlidingCondition& s, const Convergence& convergence) {
@@ -182,9 +179,9 @@ inline std::optional<CurvePlace> continued(const CurvePlane& plane, const CurveP
 /// its derivative go on through it, so does the curve, with the next word.
 inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vector& beyond,
                            double ds, const std::vector<Test>& failed, HalfCurve& curve,
-                           std::string& trouble) {
+                           BranchEnd& trouble) {
     const AnySystem& system = plane.system;
-    trouble = "several bifurcations of the same orbit at once";
+    trouble = BranchEnd::several_of_orbit;
     const std::vector<Test> causes = causes_of(failed, here.cycle(beyond));
     if (causes.size() > 1)
         return StepEnd::retry;
@@ -207,7 +204,7 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
         curve.points.push_back(point_of(system, here, at.z));
         for (auto& multiplier : curve.points.back().multipliers) // 0/0 where the end is tangent
             multiplier = std::numeric_limits<double>::quiet_NaN();
-        curve.end = "the touch reaches an end of its slide";
+        curve.end = BranchEnd::end_of_slide;
         return StepEnd::ended;
     }
     const Cycle there = here.cycle(at.z);
@@ -217,13 +214,13 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
     auto second = condition_of(there, exact);
     const bool dies = cause.what == Test::What::duration;
     if (!second || (dies && second->kind == Kind::grazing)) {
-        trouble = touches_crossed;
+        trouble = BranchEnd::touches_crossed;
         return StepEnd::retry;
     }
     second->kind = named(system, *second);
     BranchPoint last = point_of(system, here, at.z);
     if (!changes_word(here.kind) && dies && !meet(plane, here.kind, *second, last, curve)) {
-        trouble = "the point where it meets a curve of sliding bifurcations was not located";
+        trouble = BranchEnd::meeting_not_located;
         return StepEnd::retry;
     }
     curve.points.push_back(std::move(last));
@@ -233,7 +230,7 @@ inline StepEnd change_word(const CurvePlane& plane, CurvePlace& here, const Vect
         special.word_after = next->shooting->word().string();
     curve.special.push_back(special);
     if (!next) {
-        curve.end = same_orbit_has(second->kind);
+        curve.end = BranchEnd::second_bifurcation;
         return StepEnd::ended;
     }
     here = std::move(*next);
@@ -264,7 +261,7 @@ inline bool ends_at_short_segment(const CurvePlane& plane, const CurvePlace& her
     curve.special.push_back(second_bifurcation(plane.system, here, *s, located));
     curve.special.back().word_after = parent_of(*s).word.string();
     curve.points.push_back(std::move(last));
-    curve.end = same_orbit_has(s->kind);
+    curve.end = BranchEnd::second_bifurcation;
     return true;
 }
 

@@ -15,8 +15,6 @@ namespace detail {
 
 /// Beyond this no digit of the other multipliers is left, and few of the orbit's.
 inline constexpr double largest_multiplier = 1e12;
-inline constexpr const char* too_unstable =
-    "the orbit is too unstable for double precision: a multiplier of 1e12";
 
 /// The multipliers without the 1 that an autonomous system has anyway.
 inline Multipliers nontrivial(Multipliers multipliers, bool forced) {

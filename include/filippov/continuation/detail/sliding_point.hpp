@@ -12,9 +12,6 @@ namespace filippov {
 
 namespace detail {
 
-inline constexpr const char* touches_crossed =
-    "the orbit touches the surface where it is crossed: no orbit of a neighbouring word was found";
-
 /// The residuals that the chapter lists, (4.24)-(4.29), in the signs of this library. Of a grazing
 /// without a slide, where s has no meaning, those of the far side as well.
 inline std::vector<std::pair<std::string, double>>
