@@ -5,6 +5,13 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/setup.sh
-echo "quickstart: building and installing filippov"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[plot]"
+echo "quickstart: building and installing filippov; the log is build/quickstart.log"
+mkdir -p build
+# of all that pip says, which file of how many is compiled
+if ! .venv/bin/python -m pip install --verbose --disable-pip-version-check ".[plot]" 2>&1 |
+    tee build/quickstart.log |
+    sed -nu 's|^ *\(\[[0-9]*/[0-9]*\]\) Building CXX object .*/\([^/]*\)\.cpp\.o$|quickstart: \1 \2|p'; then
+    tail -n 40 build/quickstart.log
+    exit 1
+fi
 .venv/bin/python examples/01_quickstart.py

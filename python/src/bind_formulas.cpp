@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bind.hpp"
-#include "tape_model.hpp"
+#include "tape_shapes.hpp"
 
 #include <filippov/engine/time_stepping.hpp>
 #include <filippov/formulas/switch_formulas.hpp>
@@ -202,22 +202,27 @@ void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::ve
     }
 }
 
-using TapeDims = std::integer_sequence<int, FILIPPOV_TAPE_DIMS>; ///< compiled sizes, ascending
-template <int... N> constexpr int most_of(std::integer_sequence<int, N...>) {
-    return std::max({N...});
+/// True if systems of n components and these surfaces are compiled as this shape.
+template <int N, int M> bool holds(const TapeProgram& tapes, int n) {
+    const auto& kinds = tapes.kind;
+    if (M == 1)
+        return kinds.size() == 1 && kinds[0] == SurfaceKind::switching &&
+               (N <= most_exact_dims ? n == N : n <= N);
+    return kinds.size() <= std::size_t(M) && n <= N;
 }
-
-/// True if systems of n components are compiled for size N.
-constexpr bool holds(int N, int n) { return N <= most_exact_dims ? n == N : n <= N; }
-/// The model of the first size that holds n components.
-template <int... N>
-std::shared_ptr<const Model> tape_model_of(std::integer_sequence<int, N...>, int n,
+/// The model of the first shape that holds n components and these surfaces.
+template <int... N, int... M>
+std::shared_ptr<const Model> tape_model_of(TapeShapes<TapeShape<N, M>...>, int n,
                                            const Facts& facts,
                                            const std::shared_ptr<const TapeProgram>& tapes) {
     std::shared_ptr<const Model> model;
-    static_cast<void>(((holds(N, n) && (model = tape_model<N>(facts, tapes))) || ...));
+    static_cast<void>(
+        ((holds<N, M>(*tapes, n) && (model = tape_model<N, M>(facts, tapes))) || ...));
     expect(n >= 1 && model, "not too many components");
     return model;
+}
+template <int... N, int... M> constexpr int most_of(TapeShapes<TapeShape<N, M>...>) {
+    return std::max({N...});
 }
 
 py::dict define(const GraphPointer& graph, const std::string& name,
@@ -261,15 +266,15 @@ py::dict define(const GraphPointer& graph, const std::string& name,
         d.kind.push_back(SurfaceKind::jump);
         d.jump.push_back(all_known(*graph, after));
     }
-    if (d.surfaces() > most_tape_surfaces)
+    if (d.surfaces() > most_split_surfaces)
         throw std::invalid_argument("filippov: the field switches on " +
                                     std::to_string(d.surfaces()) + " surfaces, of which " +
-                                    std::to_string(most_tape_surfaces) + " are possible");
+                                    std::to_string(most_split_surfaces) + " are possible");
     Facts facts;
     facts.name = name;
     facts.state = state;
     const auto tapes = std::make_shared<const TapeProgram>(d, tape_params);
-    const auto model = tape_model_of(TapeDims(), int(state.size()), facts, tapes);
+    const auto model = tape_model_of(CompiledShapes(), int(state.size()), facts, tapes);
     py::dict result;
     result["model"] = std::const_pointer_cast<Model>(model); // the holder type has no const
     result["h"] = d.h;
@@ -431,7 +436,7 @@ void bind_formulas(py::module_& m) {
         });
     m.def("define", &define);
     m.def("time_stepping", &step_in_time);
-    m.attr("most_tape_dims") = most_of(TapeDims());
+    m.attr("most_tape_dims") = most_of(CompiledShapes());
     m.attr("most_tape_params") = tape_params;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of formulas behind the interface of model.hpp: compiled for small numbers of components,
-// and for some larger ones, which systems with fewer components use, too.
+// Systems of formulas behind the interface of model.hpp: compiled for a few shapes, each in a file
+// of its own. CMake says which.
 #pragma once
 
 #include "lanes/lanes.hpp"
@@ -12,10 +12,12 @@
 
 namespace filippov::python {
 
-inline constexpr int most_tape_surfaces = most_split_surfaces;
+/// N components and M surfaces, at most; with one surface, which switches, and up to
+/// `most_exact_dims` components just as many.
+template <int N, int M> struct TapeShape {};
+template <class... Shape> struct TapeShapes {};
 
-/// A system of N components at most.
-template <int N>
+template <int N, int M>
 std::shared_ptr<const Model> tape_model(const Facts& facts,
                                         std::shared_ptr<const TapeProgram> tapes);
 

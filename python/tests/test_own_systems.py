@@ -317,6 +317,23 @@ def test_every_number_of_components(n):
     assert run.y[0, -1] == 0
 
 
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "rodas5p"])
+@pytest.mark.parametrize("surfaces", [1, 2])
+def test_padding_is_not_averaged_over(method, surfaces):
+    def run(n):
+        @fp.system(state=[f"x{k}" for k in range(n)])
+        def copies(t, s, p):
+            switch = np.sign(s[0]) if surfaces == 1 else np.sign(s[0]) + np.sign(s[1] - 9)
+            return tuple(2 * np.cos(3 * t) - s[k] - 0.3 * switch for k in range(n))
+
+        return fp.simulate(copies, [0.5] * n, (0, 6), method=method, first_step=0.01).t
+
+    two = run(2)  # with one surface nothing is padded
+    assert two.size > 20
+    for n in (3, 5, 9, 20):
+        assert run(n) == pytest.approx(two, abs=1e-6)
+
+
 def test_an_orbit_of_many_components():
     n = 5
 

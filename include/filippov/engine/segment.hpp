@@ -210,12 +210,17 @@ private:
         total = watch_.template with_probes_of_h<StepTimes<Tableau, S, N>>(total);
         return total * S(0) == S(0);
     }
-    /// Square of the error of a step in units of the tolerance.
+    /// Square of the error of a step in units of the tolerance, its mean over the components that
+    /// there are.
     FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
         X weight = place_.scale_of_step(x1, dt);
         for (int i = 0; i < N; ++i)
             weight[i] = dt / weight[i];
-        return Tableau::squared_error(rk_, weight);
+        const S square = Tableau::squared_error(rk_, weight);
+        if constexpr (requires { place_.sys.components(); })
+            return square * (S(N) / S(place_.sys.components()));
+        else
+            return square;
     }
 
     /// The clock after a step.

@@ -29,7 +29,8 @@ using TapesPointer = std::shared_ptr<const TapeProgram>;
 /// Parameters with what is derived from them, as in tape_model.hpp.
 inline constexpr int tape_params = 32;
 
-/// Of a system of formulas with one surface.
+/// Of a system of formulas with N components and one surface, in a file of its own.
+template <int N> LanesPointer tape_lanes(const TapesPointer& tapes, const ScalarPointer& scalar);
 LanesPointer tape_lanes(int dim, const TapesPointer& tapes, const ScalarPointer& scalar);
 
 } // namespace filippov::python
