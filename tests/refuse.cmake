@@ -2,6 +2,8 @@
 # Compiles SOURCE and demands that it fails, with the text named in its first line:
 #
 #   // expect: a part of the compiler's message
+#
+# and, if it is to be compiled with more options, `// options: -one -two` in its second.
 
 file(READ ${SOURCE} text)
 if(NOT text MATCHES "^// expect: ([^\n]+)\n")
@@ -18,6 +20,10 @@ elseif(COMPILER_ID STREQUAL "GNU")
   set(options -std=c++20 -fsyntax-only -fno-diagnostics-show-caret)
 else()
   set(options -std=c++20 -fsyntax-only -fno-caret-diagnostics)
+endif()
+if(text MATCHES "^[^\n]+\n// options: ([^\n]+)\n")
+  separate_arguments(more UNIX_COMMAND "${CMAKE_MATCH_1}")
+  list(APPEND options ${more})
 endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env LC_ALL=C ${COMPILER} ${options} ${folders} ${SOURCE}
                 RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)

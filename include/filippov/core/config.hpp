@@ -2,6 +2,10 @@
 // The only macros of the library (besides the version).
 #pragma once
 
+#if !defined(__cpp_exceptions) && !defined(_CPPUNWIND)
+#error "filippov: wrong arguments are refused by exceptions: compile without -fno-exceptions"
+#endif
+
 // Without optimisation forced inlining only makes code larger, and with sanitizers very much
 // larger: such builds define FILIPPOV_NO_FORCED_INLINING.
 #if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__) &&                          \

@@ -113,10 +113,12 @@ public:
             p.c[1][i] = rise;
             p.c[2][i] = bend;
             p.c[3][i] = rise - dt * k[last][i] - bend;
-            [&]<std::size_t... R>(std::index_sequence<R...>) {
-                ((p.c[4 + R][i] = dt * combine([](std::size_t j) { return Tableau::d[R][j]; }, i)),
-                 ...);
-            }(std::make_index_sequence<Tableau::d_rows>{});
+            if constexpr (Tableau::d_rows > 0)
+                [&]<std::size_t... R>(std::index_sequence<R...>) {
+                    ((p.c[4 + R][i] =
+                          dt * combine([](std::size_t j) { return Tableau::d[R][j]; }, i)),
+                     ...);
+                }(std::make_index_sequence<Tableau::d_rows>{});
         }
         return p;
     }
