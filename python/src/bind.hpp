@@ -61,6 +61,17 @@ inline py::dict counters_to_dict(const Counters& c) {
     return d;
 }
 
+/// A struct of settings; a keyword that is none of its fields is an AttributeError.
+template <class T> py::class_<T> bind_struct(py::module_& m, const char* name) {
+    return py::class_<T>(m, name).def(py::init([](const py::kwargs& fields) {
+        auto made = std::make_unique<T>();
+        const py::object self = py::cast(made.get(), py::return_value_policy::reference);
+        for (const auto& [field, value] : fields)
+            py::setattr(self, field, value);
+        return made;
+    }));
+}
+
 /// Asks Python for signals, at most every 50 ms, and at once if there is one for sure.
 class SignalCheck {
 public:
@@ -162,8 +173,7 @@ void bind_formulas(py::module_& m);
 void bind_geometry(py::module_& m);
 void bind_orbit(py::module_& m);
 void bind_maps(py::module_& m);
-void bind_settings(py::module_& m);
-void bind_status(py::module_& m);
+void bind_run(py::module_& m);
 void bind_system(py::module_& m);
 void bind_trajectory(py::module_& m);
 

@@ -243,6 +243,26 @@ private:
 } // namespace
 
 void bind_basins(py::module_& m) {
+    bind_struct<BasinSettings>(m, "BasinSettings")
+        .def_readwrite("run", &BasinSettings::run)
+        .def_readwrite("t0", &BasinSettings::t0)
+        .def_property(
+            "rest", [](const BasinSettings& s) { return array_of(s.rest); },
+            [](BasinSettings& s, const Array<double>& rest) { s.rest = vector_of(rest); })
+        .def_readwrite("seeds", &BasinSettings::seeds)
+        .def_readwrite("settle", &BasinSettings::settle)
+        .def_readwrite("longest", &BasinSettings::longest)
+        .def_readwrite("saddle_starts", &BasinSettings::newtons)
+        .def_readwrite("max_periods", &BasinSettings::periods)
+        .def_readwrite("distance", &BasinSettings::distance)
+        .def_readwrite("times", &BasinSettings::times)
+        .def_readwrite("audit", &BasinSettings::audit)
+        .def_readwrite("escape", &BasinSettings::escape)
+        .def_readwrite("seed", &BasinSettings::seed)
+        .def_property(
+            "threads", [](const BasinSettings& s) { return s.parallel.threads; },
+            [](BasinSettings& s, int threads) { s.parallel.threads = threads; });
+
     py::class_<PictureOf>(m, "Picture"); // what other functions of basins take
     py::class_<Finder, PictureOf>(m, "BasinFinder")
         .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&,

@@ -21,8 +21,7 @@ PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
     namespace fpy = filippov::python;
     m.attr("__version__") = FILIPPOV_VERSION;
     m.attr("seam") = fpy::seam();
-    fpy::bind_status(m);
-    fpy::bind_settings(m);
+    fpy::bind_run(m);
     fpy::bind_system(m);
     fpy::bind_trajectory(m);
     fpy::bind_diagram(m);

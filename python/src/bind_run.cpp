@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What runs are told, and words for what they say.
+#include "bind.hpp"
+
+#include <filippov/core/status.hpp>
+#include <filippov/run/event.hpp>
+
+#include <string_view>
+
+namespace filippov::python {
+
+namespace {
+
+/// A field that holds an enumerator, in Python its name.
+template <class T, class Enum>
+void def_named(py::class_<T>& c, const char* field, Enum T::* member, Enum last) {
+    c.def_property(
+        field, [member](const T& s) { return name(s.*member); },
+        [member, last](T& s, std::string_view wanted) {
+            int k = 0;
+            while (k <= static_cast<int>(last) && name(static_cast<Enum>(k)) != wanted)
+                ++k;
+            expect(k <= static_cast<int>(last), "expected the name of a value");
+            s.*member = static_cast<Enum>(k);
+        });
+}
+
+} // namespace
+
+void bind_run(py::module_& m) {
+    m.def("status_names", [] {
+        std::vector<std::string> names;
+        for (int k = 0; k <= static_cast<int>(Status::interrupted); ++k)
+            names.emplace_back(name(static_cast<Status>(k)));
+        return names;
+    });
+    m.def("event_kind_names", [] {
+        std::vector<std::string> names;
+        for (int k = 0; k <= static_cast<int>(EventKind::end); ++k)
+            names.emplace_back(name(static_cast<EventKind>(k)));
+        return names;
+    });
+
+    auto run = bind_struct<RunSettings>(m, "RunSettings");
+    run.def_readwrite("rtol", &RunSettings::rtol)
+        .def_readwrite("atol", &RunSettings::atol)
+        .def_readwrite("max_step", &RunSettings::max_step)
+        .def_readwrite("first_step", &RunSettings::first_step)
+        .def_readwrite("max_steps", &RunSettings::max_steps)
+        .def_readwrite("max_events", &RunSettings::max_events);
+    def_named(run, "on_nonunique", &RunSettings::on_nonunique, NonUnique::stay);
+    def_named(run, "method", &RunSettings::method, Method::rodas5p);
+}
+
+} // namespace filippov::python
