@@ -302,6 +302,20 @@ class RunSettings:
     ) -> None: ...
 
 class BasinSettings:
+    run: RunSettings
+    t0: float
+    rest: _Floats
+    seeds: int
+    settle: int
+    longest: int
+    saddle_starts: int
+    max_periods: int
+    distance: float
+    times: bool
+    audit: int
+    escape: list[float]
+    seed: int
+    threads: int
     def __init__(self, **fields: Any) -> None: ...
 
 def simulate(

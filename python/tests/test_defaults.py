@@ -28,10 +28,8 @@ VALUES = {"`None`": None, "inf": math.inf, '`"stop"`': "stop", '`"dop853"`': "do
 def _table() -> dict[str, dict[str, object]]:
     """Rows of the page: for each call its arguments with their defaults."""
     text = PAGE.read_text().split("## Defaults of all calls")[1].split("\n\n")[1]
-    head, _, *rows = [
-        [cell.strip() for cell in line.strip("| ").split("|")]
-        for line in (line.removeprefix("|").removesuffix("|") for line in text.splitlines())
-    ]
+    lines = [line.removeprefix("|").removesuffix("|") for line in text.splitlines()]
+    head, _, *rows = [[cell.strip() for cell in line.split("|")] for line in lines]
     assert tuple(cell.strip("`") for cell in head[1:]) == COLUMNS
     table: dict[str, dict[str, object]] = {}
     for calls, *cells in rows:

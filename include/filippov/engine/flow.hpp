@@ -52,6 +52,7 @@ public:
         observer_.on_event(end);
         FlowResult<S, N, M> result;
         result.surfaces = surface_count(sys_);
+        result.components = component_count(sys_);
         result.status = status;
         result.clock = segment_.clock();
         result.t = result.clock.absolute();

@@ -217,10 +217,7 @@ private:
         for (int i = 0; i < N; ++i)
             weight[i] = dt / weight[i];
         const S square = Tableau::squared_error(rk_, weight);
-        if constexpr (requires { place_.sys.components(); })
-            return square * (S(N) / S(place_.sys.components()));
-        else
-            return square;
+        return square * (S(N) / S(component_count(place_.sys)));
     }
 
     /// The clock after a step.

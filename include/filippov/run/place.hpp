@@ -59,13 +59,13 @@ template <class Sys, class S> struct Place {
             return on.of_state(sys, t, y, p);
     }
 
-    /// Root mean square in units of the tolerance.
+    /// Root mean square in units of the tolerance, over the components that there are.
     S norm(const X& v) const {
         using std::sqrt;
         S sum(0);
         for (int i = 0; i < N; ++i)
             sum += (v[i] / scale[i]) * (v[i] / scale[i]);
-        return sqrt(sum / S(N));
+        return sqrt(sum / S(component_count(sys)));
     }
     /// What the tolerance lets a step from here to x1 err.
     FILIPPOV_INLINE X scale_of_step(const X& x1, const S& dt) const {

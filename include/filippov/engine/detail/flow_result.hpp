@@ -20,6 +20,7 @@ template <class S, int N, int M> struct FlowResult {
     Counters counters{};
     Diagnosis<S, N, M> diagnosis{}; ///< where and why, if status is not ok
     int surfaces = M;               ///< how many of the modes mean something
+    int components = N;             ///< and of the state
 
     /// What happened, in a sentence or two.
     std::string message() const {
@@ -30,7 +31,7 @@ template <class S, int N, int M> struct FlowResult {
         std::snprintf(at, sizeof at, " At t = %.15Lg", static_cast<long double>(diagnosis.t));
         text += at;
         text += ", x = (";
-        for (int i = 0; i < N; ++i) {
+        for (int i = 0; i < components; ++i) {
             std::snprintf(at, sizeof at, i == 0 ? "%.9Lg" : ", %.9Lg",
                           static_cast<long double>(diagnosis.x[i]));
             text += at;
