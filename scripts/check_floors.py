@@ -8,8 +8,8 @@ standard library, and of Eigen the solvers that it names. Each header has its SP
 ``#pragma once``, each folder a ``README.md``.
 
 A module of the package imports from folders on lower floors, for types too, and from its own as
-long as there is no circle when it is loaded. Within functions it may ask for a picture (``_plot``),
-and for the package's names and models, which stand on all floors.
+long as there is no circle, for types neither. Within functions it may ask for a picture
+(``_plot``), and for the package's names and models, which stand on all floors.
 
 The folders to check are the arguments, by default the library's own and the package's: with modules
 in them, or with headers.
@@ -182,22 +182,17 @@ def check(folder: Path) -> list[str]:
     return errors
 
 
-def is_for_types(node: ast.AST) -> bool:
-    """Return whether a part of a module is left out when it is loaded."""
-    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-
-
-def imports_of(text: str, folder: str) -> list[tuple[str, bool, bool]]:
-    """Return what a module imports from the package, if in a function, and if for types alone."""
+def imports_of(text: str, folder: str) -> list[tuple[str, bool]]:
+    """Return what a module imports from the package, for types too, and if in a function."""
     tree = ast.parse(text)
-    parts_of = {
-        kind: {id(inner) for outer in ast.walk(tree) if is_kind(outer) for inner in ast.walk(outer)}
-        for kind, is_kind in (
-            ("late", lambda node: isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))),
-            ("types", is_for_types),
-        )
+    functions = (ast.FunctionDef, ast.AsyncFunctionDef)
+    late = {
+        id(inner)
+        for outer in ast.walk(tree)
+        if isinstance(outer, functions)
+        for inner in ast.walk(outer)
     }
-    found: list[tuple[str, bool, bool]] = []
+    found: list[tuple[str, bool]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names = [a.name for a in node.names if a.name.split(".")[0] == "filippov"]
@@ -213,8 +208,7 @@ def imports_of(text: str, folder: str) -> list[tuple[str, bool, bool]]:
             names = ["filippov.."]
         else:
             continue
-        late, types = (id(node) in parts_of[kind] for kind in ("late", "types"))
-        found += [(name.removeprefix("filippov."), late, types) for name in names]
+        found += [(name.removeprefix("filippov."), id(node) in late) for name in names]
     return found
 
 
@@ -230,11 +224,11 @@ def check_package(folder: Path) -> list[str]:
             errors.append(f"{name} is in a folder on no floor: add it to PYTHON_FLOORS")
             continue
         graph[name] = []
-        for other, late, types in imports_of(path.read_text(encoding="utf-8"), room):
+        for other, late in imports_of(path.read_text(encoding="utf-8"), room):
             first = other.split(".")[0]
             if first == CORE or (late and first in LATE):
                 continue
-            if not late and not types:
+            if not late:
                 graph[name].append(other)
             if not room or first == room:
                 continue

@@ -17,7 +17,7 @@ import pytest
 import filippov as fp
 from filippov._support import sizes
 from filippov._support.sizes import MOST_BYTES, require_room
-from filippov._system.define import Definition
+from filippov._system.definition import Definition
 from filippov._system.formula import _GREEK
 from filippov._system.system import restore_defined
 

@@ -144,3 +144,11 @@ def test_types_of_a_higher_floor_are_named(package):
         "if TYPE_CHECKING:\n    from filippov._plot.plot import Picture\n"
     )
     assert "from a higher floor" in check(package).stdout
+
+
+def test_a_circle_for_types_is_named(package):
+    (package / "_system/system.py").write_text("from .trace import record\n")
+    (package / "_system/trace.py").write_text(
+        "from typing import TYPE_CHECKING\n\nif TYPE_CHECKING:\n    from .system import System\n"
+    )
+    assert "modules import each other" in check(package).stdout

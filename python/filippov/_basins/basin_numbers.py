@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from filippov._support.check import MOST, UNORDERED, integer, number, refuse
 from filippov._support.progress import Progress, ended, shown
 
 if TYPE_CHECKING:
-    from .basins import Basins
-    from .cells import Integers
+    from .basin_work import BasinWork
+    from .cells import Grid, Integers
 
 __all__ = [
     "BasinEntropy",
@@ -125,7 +125,12 @@ def box_dimension(label: Integers) -> BoxDimension:
 
 
 def uncertainty_exponent(
-    basins: Basins, epsilons: Sequence[float], pairs: int, seed: int, progress: Progress
+    work: BasinWork,
+    known: list[Any],
+    epsilons: Sequence[float],
+    pairs: int,
+    seed: int,
+    progress: Progress,
 ) -> UncertaintyExponent:
     """Label pairs of random points and fit."""
     try:
@@ -138,7 +143,6 @@ def uncertainty_exponent(
         number(f"epsilons[{k}]", e, "expected 0 < epsilon < 1", above=0.0, below=1.0)
         for k, e in enumerate(epsilons)
     ]
-    work, known = basins._labelling()
     with shown(progress, "pair") as show:
         found = work.finder.pairs(
             known,
@@ -162,8 +166,7 @@ def uncertainty_exponent(
 
 
 def random_points(
-    basins: Basins, n: int, seed: int
+    grid: Grid, n: int, seed: int
 ) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Points drawn uniformly from the picture, shape (n, 2)."""
-    grid = basins.grid
     return np.random.default_rng(seed).uniform(grid.low, grid.high, size=(n, 2))

@@ -278,7 +278,7 @@ class Basins(Stored):
             Of the points.
         """
         level = number("level", level, "expected 0 < level < 1", above=0.0, below=1.0)
-        points = random_points(self, integer("n", n), integer("seed", seed, 0, MOST))
+        points = random_points(self.grid, integer("n", n), integer("seed", seed, 0, MOST))
         labels = range(1, len(self.attractors) + 1)
         return sampled_fractions(self.at(points.T)[0], level, labels)
 
@@ -311,7 +311,7 @@ class Basins(Stored):
         progress : bool or function
             True shows a bar; a function is called as `progress(done, total)`, in pairs.
         """
-        return uncertainty_exponent(self, epsilons, pairs, seed, progress)
+        return uncertainty_exponent(*self._labelling(), epsilons, pairs, seed, progress)
 
     def refine(
         self,
@@ -352,7 +352,10 @@ class Basins(Stored):
         KeyboardInterrupt
             Within a second of Ctrl-C; its attribute `refined` has what was finished.
         """
-        return refine(self, coarse, levels, time_jump, audit, seed, full_dimension, max_points)
+        work, known = self._labelling()
+        return refine(
+            work, known, coarse, levels, time_jump, audit, seed, full_dimension, max_points
+        )
 
     def _labelling(self) -> tuple[BasinWork, list[Any]]:
         """Give what labels points, and the attractors that it is to be given."""

@@ -16,14 +16,13 @@ from filippov._support.progress import ended
 from filippov._support.sound import codes, complete, require, shaped
 from filippov._system.system import Params, System
 
+from .basin_work import BasinWork
 from .cells import Grid, Integers
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-
-    from .basins import Basins
 
 __all__ = ["Audit", "RefinedBasins"]
 
@@ -167,7 +166,8 @@ class RefinedBasins(Stored):
 
 
 def refine(
-    basins: Basins,
+    work: BasinWork,
+    known: list[Any],
     coarse: int,
     levels: int,
     time_jump: int,
@@ -176,9 +176,8 @@ def refine(
     full_dimension: float,
     max_points: int,
 ) -> RefinedBasins:
-    """Label squares, see `Basins.refine`."""
+    """Label squares, see `Basins.refine`; `known` are the attractors, as the core takes them."""
     coarse, levels = integer("coarse", coarse, most=2**20), integer("levels", levels, 0)
-    work, known = basins._labelling()
     found = work.finder.refine(
         known,
         coarse,
@@ -203,9 +202,9 @@ def refine(
         message=found["message"],
         coarse=coarse,
         levels=levels,
-        grid=basins.grid,
-        system=basins.system,
-        params=basins.params,
+        grid=work.picture.grid,
+        system=work.sys,
+        params=work.picture.params,
     )
     ended(found["raised"], refined=result)
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,6 @@ from filippov._results.event import modes_of
 from filippov._support.sound import codes, finite, known, record, require
 from filippov._support.types import Floats, Record
 from filippov._system.system import Params, System
-
-if TYPE_CHECKING:
-    from .orbit import Orbit
 
 __all__ = ["Cycle", "node_events", "verify_columns", "verify_nodes", "without_point", "word_of"]
 
@@ -44,23 +41,31 @@ class Cycle:
     p: Floats
 
     @staticmethod
-    def of(orbit: Orbit) -> Cycle:
+    def of(
+        word: str,
+        events: Record,
+        start: tuple[float, Floats],
+        turns: int,
+        period: float,
+        params: Params,
+        *,
+        forced: bool,
+    ) -> Cycle:
         """Cycle whose nodes are the events of an orbit."""
-        p = np.array(list(orbit.params.values()), dtype=np.float64)
-        events = orbit.events
+        p = np.array(list(params.values()), dtype=np.float64)
         if events.size == 0:  # one segment, cut at the start
-            letters = np.array([[_SIDES[letter] for letter in orbit.word]])
+            letters = np.array([[_SIDES[letter] for letter in word]])
             ends, surfaces = [PHASE], np.array([0])
-            t, x = np.array([orbit.t0]), orbit.x0[None, :]
+            t, x = np.array([start[0]]), start[1][None, :]
         else:
             letters = events["mode_after"].reshape(events.size, -1)
             ends, surfaces = list(map(_until, np.roll(events, -1))), np.roll(events["surface"], -1)
             t, x = events["t"].copy(), events["x"].copy()
-            if orbit.system.period(orbit.params) is None:
+            if not forced:
                 t -= t[0]  # time is what the first node makes it
         modes = letters.astype(np.int32) @ 3 ** np.arange(letters.shape[1], dtype=np.int32)
         until, surface = np.array(ends, dtype=np.int32), surfaces.astype(np.int32)
-        return Cycle(modes, until, surface, t, x, orbit.turns, orbit.period, p)
+        return Cycle(modes, until, surface, t, x, turns, period, p)
 
     def at(self, sys: System, params: Params) -> Cycle:
         """Give the same nodes for other parameter values, at the same phases."""

@@ -235,7 +235,15 @@ class Orbit(Stored):
         """Give the word and the nodes, as the core takes them."""
         if not self.success:
             refuse("orbit.status", str(self.status), f"expected an orbit; {self.message}")
-        return Cycle.of(self)
+        return Cycle.of(
+            self.word,
+            self.events,
+            (self.t0, self.x0),
+            self.turns,
+            self.period,
+            self.params,
+            forced=self.system.period(self.params) is not None,
+        )
 
 
 def periodic_orbit(

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Systems: what a user types, recorded as formulas, and taken apart by the compiled core.
 
-Start with ``system``; ``trace`` records a function, ``define`` makes a system of it, ``text`` and
-``period`` read what is typed as text. It must not know how a system is run.
+Start with ``system``; ``trace`` records a function, ``define`` makes a ``definition`` of it,
+``text`` reads what is typed as text, ``period`` looks whether a forcing repeats, ``plain`` checks
+what a file says. It must not know how a system is run.
 """

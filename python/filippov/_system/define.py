@@ -7,22 +7,17 @@ import inspect
 import itertools
 import math
 import numbers
-import os
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from dataclasses import field as default
 from typing import Any
 
 import numpy as np
 
 from filippov import _core
 from filippov._support.check import LAWS, label_of, mapping, names_of, number, refuse, two
-from filippov._support.plain import check_plain
-from filippov._support.sound import require
 from filippov._support.types import Floats
 
-from .period import Repeats, check_period
+from .definition import Definition
+from .period import check_period
 from .text import formula_of
 from .trace import DefinitionError, Expression, Names, Numbers, as_expressions
 
@@ -32,156 +27,6 @@ __all__ = ["LAWS", "Definition", "Formula", "Function", "check", "define", "name
 Function = Callable[..., Any]
 #: A formula as text, a number, or a function of `(t, s, p)`.
 Formula = str | float | Function
-
-
-@dataclass(frozen=True)
-class Definition:
-    """A system as formulas: everything that is needed to make it again."""
-
-    name: str
-    state: tuple[str, ...]
-    params: dict[str, float]
-    graph: _core.Graph
-    field: list[int]  #: right-hand side
-    surfaces: dict[str, int] = default(default_factory=dict)  #: named ones
-    jumps: dict[str, tuple[int, list[int]]] = default(default_factory=dict)
-    period: int | None = None
-    #: law in place of the switches, and whether bands are watched; parameters c1 and band
-    smoothing: tuple[str, bool] | None = None
-    # what is found
-    h: list[int] = default(default_factory=list)
-    region: list[list[int]] = default(default_factory=list)  #: bit j of its number: side of h_j
-    #: what tells functions apart that are not recorded
-    token: str = default(default_factory=lambda: os.urandom(16).hex())
-    #: at which parameter values the period is known to be right
-    repeats: Repeats = default(default_factory=Repeats, compare=False, repr=False)
-    built_in: bool = False  #: one of `filippov.models`, which its name tells
-
-    def made(self) -> tuple[_core.Model, Definition]:
-        """Compile it."""
-        try:
-            found = _core.define(
-                self.graph,
-                self.name,
-                list(self.state),
-                list(self.params),
-                list(self.params.values()),
-                self.field,
-                list(self.surfaces.values()),
-                list(self.jumps.values()),
-                self.period,
-                self._smoothing(),
-            )
-        except ValueError as error:
-            raise DefinitionError(self._by_names(str(error))) from None
-        full = replace(self, graph=found["graph"], h=found["h"], region=found["region"])
-        return found["model"], full
-
-    def _by_names(self, message: str) -> str:
-        """Name the surface of which a message of the core speaks, and the remedy."""
-        found = re.fullmatch(
-            r"filippov: (?:nothing changes at )?surface (\d+)(?: is surface (\d+))?(.*)", message
-        )
-        names = list(self.surfaces)
-        if found is None or self.smoothing is not None or int(found[1]) >= len(names):
-            return message
-        name = names[int(found[1])]
-        if "nothing changes" in message:
-            return f"surface {name}: nothing changes there, the field does not switch at it"
-        if found[2] is not None:
-            return f"surface {name} is the same as {names[int(found[2])]}, up to a factor"
-        if "several" in message:
-            return f"surface {name} {self._several(self.surfaces[name])}"
-        return f"surface {name}{found[3]}"
-
-    def _several(self, h: int) -> str:
-        """Tell on which surfaces a switching function switches, and what to write instead."""
-        from .formula import clipped, write
-
-        none = [self.graph.constant(0.0)] * (len(self.state) - 1)
-        field = [self.graph.unary("sign", h), *none]
-        try:
-            made = replace(self, field=field, surfaces={}, jumps={}, period=None).made()[1]
-        except DefinitionError:  # there are too many
-            made = self
-        each = [clipped(write(made.graph, e, self.state, tuple(self.params))) for e in made.h]
-        if len(each) == 1:
-            return f"switches itself: write it without the switches in it, as {each[0]!r}"
-        return (
-            "is not one surface, it switches on several"
-            + (f" ({', '.join(each)})" if each else "")
-            + ": give each of them a name of its own, with fields for every combination of sides;"
-            " or write one function with np.where or np.sign of it, in which filippov.system finds"
-            " them"
-        )
-
-    def _smoothing(self) -> tuple[int, int, int] | None:
-        """Law, and places of steepness and band among the parameters (-1: there is none)."""
-        if self.smoothing is None:
-            return None
-        law, watched = self.smoothing
-        places = list(self.params)
-        return LAWS.index(law), places.index("c1"), places.index("band") if watched else -1
-
-    def plain(self) -> dict[str, Any]:
-        """Give it in numbers, text, lists and dictionaries.
-
-        Raises
-        ------
-        TypeError
-            If it has functions that are not recorded.
-        """
-        self.require_formulas("be pickled or saved")
-        return {
-            "name": self.name,
-            "state": list(self.state),
-            "params": dict(self.params),
-            "nodes": [list(node) for node in self.graph.nodes()],
-            "field": self.field,
-            "surfaces": dict(self.surfaces),
-            "jumps": {name: [h, after] for name, (h, after) in self.jumps.items()},
-            "period": self.period,
-            "smoothing": self.smoothing and list(self.smoothing),
-        }
-
-    def identity(self) -> dict[str, Any]:
-        """Tell which equations these are, as JSON can hold it."""
-        return {"functions": self.token} if self.graph.functions() else self.plain()
-
-    def require_formulas(self, purpose: str) -> None:
-        """Refuse what needs formulas of a system that has functions of machine code or Python."""
-        if self.graph.functions():
-            raise TypeError(
-                f"{self.name} calls functions of which only values are known: it cannot {purpose}."
-                " A system of recorded functions can (filippov.system)"
-            )
-
-    @classmethod
-    def of(cls, plain: Mapping[str, Any]) -> Definition:
-        """Make it again from `plain`, which may come from anywhere.
-
-        Raises
-        ------
-        Unsound
-            If it is not what `plain` gives.
-        """
-        check_plain(plain)
-        made = cls(
-            plain["name"],
-            tuple(plain["state"]),
-            {name: float(value) for name, value in plain["params"].items()},
-            _core.Graph.of([tuple(node) for node in plain["nodes"]]),
-            list(plain["field"]),
-            dict(plain["surfaces"]),
-            {name: (h, list(after)) for name, (h, after) in plain["jumps"].items()},
-            plain["period"],
-            tuple(plain["smoothing"]) if plain.get("smoothing") else None,
-        )
-        varies = made.graph.varies
-        require(made.period is None or not varies(made.period), "the period depends on the state")
-        for name, h in made.surfaces.items():
-            require(varies(h), f"the surface {name} does not depend on state or time")
-        return made
 
 
 class Recorder:

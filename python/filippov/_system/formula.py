@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from filippov import _core
 
 if TYPE_CHECKING:
-    from .define import Definition
+    from .definition import Definition
 
 __all__ = [
     "Language",

@@ -8,31 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from filippov import _core
 from filippov._support.types import Floats
 
+from .definition import Definition
 from .trace import DefinitionError
 
-if TYPE_CHECKING:
-    from .define import Definition
-
-__all__ = ["Repeats", "check_period", "period_of", "require_period"]
+__all__ = ["check_period", "period_of", "require_period"]
 
 _SUMS = ("add", "sub", "neg", "where")  #: a choice is one of its parts
 _ARITHMETIC = (*_SUMS, "mul", "div")
-
-
-@dataclass
-class Repeats:
-    """What is known of a system's period: which parameters count, and which values are good."""
-
-    shape: tuple[tuple[int, ...], tuple[int, ...]] | None = None
-    seen: set[tuple[tuple[int, float], ...]] = field(default_factory=set)
 
 
 def check_period(model: _core.Model, definition: Definition) -> None:

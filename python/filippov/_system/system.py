@@ -23,7 +23,8 @@ from filippov._support.check import (
 )
 from filippov._support.types import FloatOrArray, Floats
 
-from .define import Definition, Formula, Function, check, define, jumps_of
+from .define import Formula, Function, check, define, jumps_of
+from .definition import Definition
 from .foreign import Surroundings, warn_slow
 from .formula import clipped, cpp_struct, latex, latex_name, write, write_all
 from .period import check_period, period_of, require_period

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from filippov import _core
-
-from .check import LAWS, label_of, names_of
-from .sound import Unsound, require
+from filippov._support.check import LAWS, label_of, names_of
+from filippov._support.sound import Unsound, require
 
 __all__ = ["MOST_OPERATIONS", "check_plain"]
 
