@@ -137,7 +137,10 @@ inline std::function<void(std::size_t, std::size_t)> progress(const py::object& 
 
 /// What analysis takes of a run's settings.
 inline Precision precision_of(const RunSettings& s) {
-    expect(s.atol.size() == 1, "analysis takes one atol");
+    const RunSettings others;
+    expect(s.atol.size() == 1 && s.method == others.method && s.max_step == others.max_step &&
+               s.first_step == others.first_step && s.on_nonunique == others.on_nonunique,
+           "analysis takes rtol, one atol and max_steps");
     return {.rtol = s.rtol, .atol = s.atol[0], .max_steps = s.max_steps};
 }
 

@@ -16,11 +16,12 @@ template <class T, class Enum>
 void def_named(py::class_<T>& c, const char* field, Enum T::* member, Enum last) {
     c.def_property(
         field, [member](const T& s) { return name(s.*member); },
-        [member, last](T& s, std::string_view wanted) {
+        [member, last, field](T& s, std::string_view wanted) {
             int k = 0;
             while (k <= static_cast<int>(last) && name(static_cast<Enum>(k)) != wanted)
                 ++k;
-            expect(k <= static_cast<int>(last), "expected the name of a value");
+            expect(k <= static_cast<int>(last),
+                   (std::string(field) + " = " + std::string(wanted) + ": no such name").c_str());
             s.*member = static_cast<Enum>(k);
         });
 }

@@ -319,19 +319,43 @@ def test_every_number_of_components(n):
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "rodas5p"])
 @pytest.mark.parametrize("surfaces", [1, 2])
-def test_padding_is_not_averaged_over(method, surfaces):
+@pytest.mark.parametrize("growth", [-1, 2])
+def test_padding_is_not_averaged_over(method, surfaces, growth):
     def run(n):
         @fp.system(state=[f"x{k}" for k in range(n)])
         def copies(t, s, p):
             switch = np.sign(s[0]) if surfaces == 1 else np.sign(s[0]) + np.sign(s[1] - 9)
-            return tuple(2 * np.cos(3 * t) - s[k] - 0.3 * switch for k in range(n))
+            return tuple(2 * np.cos(3 * t) + growth * s[k] - 0.3 * switch for k in range(n))
 
-        return fp.simulate(copies, [0.5] * n, (0, 6), method=method, first_step=0.01).t
+        return fp.simulate(copies, [0.5] * n, (0, 3), method=method).t
 
     two = run(2)  # with one surface nothing is padded
-    assert two.size > 20
+    assert two.size > 10
     for n in (3, 5, 9, 20):
-        assert run(n) == pytest.approx(two, abs=1e-6)
+        assert run(n) == pytest.approx(two, rel=1e-6)
+
+
+def test_balls_come_to_rest_with_padding_as_without():
+    def rest(n):
+        balls = [(f"x{k}", f"v{k}") for k in range(n)]
+
+        @fp.system(
+            state=[name for ball in balls for name in ball],
+            jumps={
+                "floor": ("x0", lambda t, s, p: [(1, -0.6)[k % 2] * x for k, x in enumerate(s)])
+            },
+        )
+        def fall(t, s, p):
+            return tuple(v for ball in range(n) for v in (s[2 * ball + 1], -1.0))
+
+        run = fp.simulate(fall, [1.0, 0.0] * n, (0, 8), rtol=1e-4, atol=1e-4)
+        return run.events["t"][run.events["kind"] == "accumulation"], len(run.events)
+
+    (one,), events = rest(1)  # two components of four
+    for n in (2, 3, 5):  # none of padding, six of eight, ten of sixteen
+        (t,), count = rest(n)
+        assert count == events
+        assert t == pytest.approx(one, abs=1e-9)
 
 
 def test_an_orbit_of_many_components():

@@ -9,7 +9,7 @@
 
 namespace filippov {
 
-/// Up to `second_bifurcation` the branch is complete there; behind it, it had to stop.
+/// From `bound` to `second_bifurcation` the branch is complete there; behind that, it had to stop.
 enum class BranchEnd : std::uint8_t {
     unknown, ///< it was not followed this way
     bound,

@@ -142,15 +142,20 @@ private:
     /// Starts where a guard was met in a mode that the caller names: on its surface, and on those
     /// slid on before.
     Status start_as_known() {
-        const Mode<M>& before = known_start_.before;
+        Mode<M> before = known_start_.before;
+        for (int k = surface_count(sys_); k < M; ++k)
+            before.set(k, 1); // a surface that there is not
         const int j = start_surface_ = known_start_.guard / 3;
         SurfaceSet<M> on = slid_surfaces(before);
         if (!on.contains(j))
             on.add(j);
-        if (on.n == 1)
+        if (on.n == 1) {
             put_on_known_surface(j);
-        else if (const Status status = settle(before, on); status != Status::ok)
-            return status;
+        } else {
+            segment_.enter(before);
+            if (const Status status = settle(before, on); status != Status::ok)
+                return status;
+        }
         segment_.enter(before);
         segment_.choose_first_step();
         return judge(before, on, known_start_.guard);
@@ -530,7 +535,8 @@ private:
             return mode_field(sys_, mode, t, segment_.x(), p_);
         };
         const X field = field_of(segment_.mode(), S(0));
-        const auto limit = recent_.limit(segment_.scale(), field_of, segment_.direction(), lost);
+        const X lengths = segment_.scale() / mean_weight<Sys, S>(sys_);
+        const auto limit = recent_.limit(lengths, field_of, segment_.direction(), lost);
         if (!limit)
             return std::nullopt;
         Rest rest;

@@ -215,9 +215,8 @@ private:
     FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
         X weight = place_.scale_of_step(x1, dt);
         for (int i = 0; i < N; ++i)
-            weight[i] = dt / weight[i];
-        const S square = Tableau::squared_error(rk_, weight);
-        return square * (S(N) / S(component_count(place_.sys)));
+            weight[i] = dt / weight[i] * mean_weight<Sys, S>(place_.sys);
+        return Tableau::squared_error(rk_, weight);
     }
 
     /// The clock after a step.

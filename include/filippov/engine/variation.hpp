@@ -459,7 +459,7 @@ private:
                 continue; // nothing is left of it but rounding
             Vec<R, N> weight;
             for (int i = 0; i < N; ++i)
-                weight[i] = dt / (unit[i] * size);
+                weight[i] = dt / (unit[i] * size) * mean_weight<Sys, R>(sys_);
             const R error = sqrt(Tableau::squared_error(Part{rk_, k}, weight));
             if (error > tolerance) {
                 errors[k] = error * size;
@@ -630,6 +630,8 @@ segment(const Sys& sys, const GivenParams<Sys, D>& params, const Mode<surfaces_v
     result.run.mode = mode;
     result.run.counters = run.counters;
     result.run.diagnosis = run.diagnosis;
+    result.run.surfaces = surface_count(sys);
+    result.run.components = component_count(sys);
     variation.judge(result.run);
     result.t = t_end;
     result.x = variation.state_at(run.clock, t_end);

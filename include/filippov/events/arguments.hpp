@@ -11,7 +11,8 @@
 namespace filippov {
 
 /// A start at an event that is known already: the end of a slide, say, where an iterate of a map
-/// begins. `guard` counts as met in mode `before`, and the engine judges how the solution goes on.
+/// begins. `guard` counts as met in mode `before`, and the engine judges how the solution goes on:
+/// on its surface, and on those that `before` slides on (all of them, if it is not given).
 template <int M> struct KnownStart {
     Mode<M> before{};
     int guard = -1; ///< see Guard; -1: nothing is known of the start

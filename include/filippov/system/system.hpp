@@ -6,6 +6,7 @@
 #include <filippov/core/taylor.hpp>
 
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <string>
 #include <string_view>
@@ -25,6 +26,16 @@ template <class Sys> int component_count([[maybe_unused]] const Sys& sys) {
         return sys.components();
     else
         return dim_v<Sys>;
+}
+
+/// What weights are multiplied by, so that a mean square over all components that a system is
+/// compiled for is one over those that it has.
+template <class Sys, class S> S mean_weight([[maybe_unused]] const Sys& sys) {
+    using std::sqrt;
+    if constexpr (requires { sys.components(); })
+        return sqrt(S(dim_v<Sys>) / S(sys.components()));
+    else
+        return S(1);
 }
 
 /// Number M of switching surfaces: `static constexpr int surfaces`, 1 if absent.

@@ -188,6 +188,8 @@ class Basins(Stored):
         self.grid.verify_in(sys)
         complete(self.params, sys.params)
         verify_cycles(sys, self.attractors, self.saddles)
+        self.settings._verify_lanes()
+        require(self.settings.first_step is None, "settings have a first_step")
         shaped((sys.dim,), rest=self.rest)
         finite(rest=self.rest)
         arrays = ("label", "time", "status", "plain_group", "plain_steps")

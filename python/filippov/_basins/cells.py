@@ -252,6 +252,8 @@ class CellMap(Stored):
     _parts = (CellGroup, Grid, Settings, LaneStats)
 
     def _verify(self) -> None:
+        self.settings._verify_lanes()
+        require(self.settings.first_step is None, "settings have a first_step")
         self.grid.verify_in(self.system, *(() if self.section is None else ("t",)))
         complete(self.params, self.system.params)
         shaped((self.system.dim,), rest=self.rest)

@@ -16,8 +16,9 @@ from filippov._support.sound import require
 __all__ = ["Settings", "Stats", "analysis_settings", "run_settings"]
 
 
+METHOD_NAMES = ("dopri5", "dop853", "rodas5p")
 #: Methods by their names, and by those that others gave them.
-METHODS = {name: name for name in ("dopri5", "dop853", "rodas5p")} | {
+METHODS = {name: name for name in METHOD_NAMES} | {
     "RK45": "dopri5",
     "DOP853": "dop853",
     "Rodas5P": "rodas5p",
@@ -42,7 +43,7 @@ class Settings:
     on_nonunique: str
 
     def _verify(self) -> None:
-        word("method", self.method, tuple(METHODS.values()))
+        word("method", self.method, METHOD_NAMES)
         word("on_nonunique", self.on_nonunique, (*POLICIES, ALL))
         number("rtol", self.rtol, "expected 0 < rtol < 1", above=0.0, below=1.0)
         for atol in self.atol:
@@ -52,6 +53,11 @@ class Settings:
             number("first_step", self.first_step, "expected a number > 0", above=0.0)
         integer("max_steps", self.max_steps, most=MOST)
         integer("max_events", self.max_events, most=MOST)
+
+    def _verify_lanes(self) -> None:
+        """Refuse what no ensemble is told."""
+        word("method", self.method, METHOD_NAMES[:2])
+        word("on_nonunique", self.on_nonunique, POLICIES)
 
     def _told(self) -> _core.RunSettings:
         """Give what the compiled core is told."""

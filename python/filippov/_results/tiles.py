@@ -30,7 +30,7 @@ Arrays = dict[str, NDArray[Any]]
 
 #: Entries of a tile, about, if nothing else is asked for.
 ENTRIES = 65_536
-FORMAT, VERSION = "filippov.tiles", 2
+FORMAT, VERSION = "filippov.tiles", 3
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,7 @@ class Ensemble(Stored):
     _parts = (Settings, LaneStats)
 
     def _verify(self) -> None:
+        self.settings._verify_lanes()
         dim, surfaces, shape = self.system.dim, self.system.surfaces, self.shape
         complete(self.params, self.system.params)
         require(self.state == self.system.state, f"state is {self.state}")

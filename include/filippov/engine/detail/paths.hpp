@@ -73,7 +73,7 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
         for (int i = 0; i < N; ++i)
             sum += lacks[i] / unit[i] * (lacks[i] / unit[i]);
         using std::sqrt;
-        return sqrt(sum / S(N));
+        return sqrt(sum / S(component_count(at.sys)));
     }
     /// Leaves what is needed to evaluate this step later.
     template <class Piece> void store(Piece& piece) {
