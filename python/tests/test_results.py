@@ -589,3 +589,15 @@ def test_what_is_not_a_result_is_not_replaced(made, tmp_path, name):
         made("trajectory").save(tmp_path / name)
     assert (tmp_path / name / "thesis.tex").read_text() == "all of it"
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", ["basins", "cell map"])
+@pytest.mark.parametrize(
+    "change", [{"method": "rodas5p"}, {"on_nonunique": "all"}, {"first_step": 0.1}]
+)
+def test_pictures_with_settings_that_they_cannot_have_are_not_loaded(made, tmp_path, name, change):
+    picture = made(name)
+    other = dataclasses.replace(picture, settings=dataclasses.replace(picture.settings, **change))
+    other.save(tmp_path / "picture.npz")
+    with pytest.raises(ValueError, match=next(iter(change))):
+        fp.load(tmp_path / "picture.npz")
