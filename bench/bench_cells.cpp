@@ -119,18 +119,18 @@ template <class Tableau, int W> Pass in_lanes(const Scene& scene, double toleran
     return run_lanes<Tableau, W>(scene, {.rtol = tolerance, .atol = tolerance});
 }
 
-struct Method {
+struct Candidate {
     std::string_view name, tableau;
     int lanes; ///< 0: not in lanes
     Pass (*run)(const Scene&, double tolerance);
 };
 
-std::vector<Method> methods() {
-    std::vector<Method> all{{"hand", "dopri5", 0, by_hand},
-                            {"scalar", "dopri5", 0, one_by_one<DormandPrince5>},
-                            {"scalar", "dop853", 0, one_by_one<DormandPrince8>},
-                            {"lanes", "dopri5", 1, in_lanes<DormandPrince5, 1>},
-                            {"lanes", "dop853", 1, in_lanes<DormandPrince8, 1>}};
+std::vector<Candidate> methods() {
+    std::vector<Candidate> all{{"hand", "dopri5", 0, by_hand},
+                               {"scalar", "dopri5", 0, one_by_one<DormandPrince5>},
+                               {"scalar", "dop853", 0, one_by_one<DormandPrince8>},
+                               {"lanes", "dopri5", 1, in_lanes<DormandPrince5, 1>},
+                               {"lanes", "dop853", 1, in_lanes<DormandPrince8, 1>}};
     if constexpr (native_lanes > 1) {
         constexpr int W = native_lanes;
         all.push_back({"lanes", "dopri5", W, in_lanes<DormandPrince5, W>});
@@ -203,7 +203,7 @@ Errors errors_of(const Pass& pass, const Reference& reference) {
 // --- rows ----------------------------------------------------------------------------------------
 
 struct Row {
-    Method method;
+    Candidate method;
     double tolerance;
     Errors error;
     LaneCounters done;
@@ -223,7 +223,7 @@ bool is_right(const Row& row, const Pass& pass) {
 }
 
 void print(const Row& r) {
-    const Method& m = r.method;
+    const Candidate& m = r.method;
     std::printf("%-6s %-6s %5d %7.0e %8.0f %8.1e %8.1e %8.1e %6.1f", m.name.data(),
                 m.tableau.data(), m.lanes, r.tolerance, 1e9 / r.ns_a_cell(), r.error.median,
                 r.error.nearly_all, r.error.largest, r.a_cell(r.done.steps));
@@ -536,7 +536,7 @@ int main(int argc, char** argv) {
 
     std::vector<Row> rows;
     std::vector<std::function<void()>> runs;
-    for (const Method& method : methods())
+    for (const Candidate& method : methods())
         for (int k = 4; k <= (method.run == by_hand ? 13 : 12); ++k) {
             const double tolerance = std::pow(10.0, -k);
             const Pass pass = method.run(cells, tolerance);
