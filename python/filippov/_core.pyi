@@ -316,7 +316,24 @@ class BasinSettings:
     escape: list[float]
     seed: int
     threads: int
-    def __init__(self, **fields: Any) -> None: ...
+    def __init__(
+        self,
+        *,
+        run: RunSettings = ...,
+        t0: float = ...,
+        rest: _Floats = ...,
+        seeds: int = ...,
+        settle: int = ...,
+        longest: int = ...,
+        saddle_starts: int = ...,
+        max_periods: int = ...,
+        distance: float = ...,
+        times: bool = ...,
+        audit: int = ...,
+        escape: list[float] = ...,
+        seed: int = ...,
+        threads: int = ...,
+    ) -> None: ...
 
 def simulate(
     model: Model,

@@ -61,6 +61,14 @@ inline py::dict counters_to_dict(const Counters& c) {
     return d;
 }
 
+/// Names of the enumerators up to `last`.
+template <class Enum> std::vector<std::string> names_of(Enum last) {
+    std::vector<std::string> names;
+    for (int k = 0; k <= static_cast<int>(last); ++k)
+        names.emplace_back(name(static_cast<Enum>(k)));
+    return names;
+}
+
 /// A struct of settings; a keyword that is none of its fields is an AttributeError.
 template <class T> py::class_<T> bind_struct(py::module_& m, const char* name) {
     return py::class_<T>(m, name).def(py::init([](const py::kwargs& fields) {

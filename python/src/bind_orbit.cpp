@@ -386,12 +386,7 @@ void bind_orbit(py::module_& m) {
     m.def("trace", &traced);
     m.def("trace_curves", &traced_curves);
     m.def("bifurcation_set", &explored);
-    m.def("bifurcation_names", [] {
-        std::vector<std::string> names;
-        for (int k = 0; k <= static_cast<int>(Kind::grazing); ++k)
-            names.emplace_back(name(static_cast<Kind>(k)));
-        return names;
-    });
+    m.def("bifurcation_names", [] { return names_of(Kind::grazing); });
 }
 
 } // namespace filippov::python

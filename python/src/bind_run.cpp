@@ -5,7 +5,7 @@
 #include <filippov/core/status.hpp>
 #include <filippov/run/event.hpp>
 
-#include <string_view>
+#include <algorithm>
 
 namespace filippov::python {
 
@@ -16,31 +16,20 @@ template <class T, class Enum>
 void def_named(py::class_<T>& c, const char* field, Enum T::* member, Enum last) {
     c.def_property(
         field, [member](const T& s) { return name(s.*member); },
-        [member, last, field](T& s, std::string_view wanted) {
-            int k = 0;
-            while (k <= static_cast<int>(last) && name(static_cast<Enum>(k)) != wanted)
-                ++k;
-            expect(k <= static_cast<int>(last),
-                   (std::string(field) + " = " + std::string(wanted) + ": no such name").c_str());
-            s.*member = static_cast<Enum>(k);
+        [member, last, field](T& s, const std::string& wanted) {
+            const std::vector<std::string> names = names_of(last);
+            const auto found = std::find(names.begin(), names.end(), wanted);
+            if (found == names.end())
+                expect(false, (std::string(field) + " = " + wanted + ": no such name").c_str());
+            s.*member = static_cast<Enum>(found - names.begin());
         });
 }
 
 } // namespace
 
 void bind_run(py::module_& m) {
-    m.def("status_names", [] {
-        std::vector<std::string> names;
-        for (int k = 0; k <= static_cast<int>(Status::interrupted); ++k)
-            names.emplace_back(name(static_cast<Status>(k)));
-        return names;
-    });
-    m.def("event_kind_names", [] {
-        std::vector<std::string> names;
-        for (int k = 0; k <= static_cast<int>(EventKind::end); ++k)
-            names.emplace_back(name(static_cast<EventKind>(k)));
-        return names;
-    });
+    m.def("status_names", [] { return names_of(Status::interrupted); });
+    m.def("event_kind_names", [] { return names_of(EventKind::end); });
 
     auto run = bind_struct<RunSettings>(m, "RunSettings");
     run.def_readwrite("rtol", &RunSettings::rtol)

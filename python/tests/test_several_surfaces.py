@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Several surfaces, jumps, accumulation, and all solutions where there are several."""
 
+import functools
 import math
 import pickle
 
@@ -359,3 +360,51 @@ def test_systems_with_several_surfaces_pickle():
         again = pickle.loads(pickle.dumps(system))
         assert again.name == system.name
         assert again.kinds == system.kinds
+
+
+@pytest.fixture(scope="module")
+def beside():
+    """What all analyses say of two blocks beside so many components that rest."""
+
+    def blocks(idle):
+        names = ["x", "v", "y", "w", *(f"z{k}" for k in range(idle))]
+        values = {"A": 1.2, "om": 1.1, "V": 0.5}
+
+        @fp.system(state=names, params=values, period=lambda p: 2 * np.pi / p.om)
+        def two(t, s, p):
+            pull = 0.4 * (s.y - s.x)
+            push = p.A * np.cos(p.om * t) - 0.6 * np.sign(s.v - p.V)
+            held = -0.7 * s.y - 0.5 * np.sign(s.w - p.V)
+            rest = (-(1 + k) * s[4 + k] for k in range(idle))
+            return (s.v, pull - s.x + push, s.w, held - pull, *rest)
+
+        return two
+
+    @functools.cache
+    def told(idle):
+        system, start = blocks(idle), np.zeros(4 + idle)
+        orbit = fp.periodic_orbit(system)
+        strobe = fp.strobe_map(system, start, wrt="A")
+        seen = fp.bifurcation_diagram(system, om=[1.1], transient=10, keep=5, section="strobe")
+        return {
+            "word": orbit.word,
+            "multipliers": np.sort(np.abs(orbit.multipliers))[::-1][:4],
+            "slope": strobe.slope[:4, :4],
+            "by A": strobe.param_slope["A"][:4],
+            "diagram": seen.y[:4],
+            "members": fp.ensemble(system, np.stack([start, start + 0.01], 1), (0, 30)).n_events,
+            **{
+                method: fp.simulate(system, start, (0, 30), method=method, rtol=1e-9).y[:4, -1]
+                for method in ("dopri5", "dop853", "rodas5p")
+            },
+        }
+
+    return told
+
+
+@pytest.mark.parametrize("idle", [1, 6])  # 5 components and 10: each is compiled for another shape
+def test_what_rests_beside_changes_nothing(beside, idle):
+    alone, other = beside(0), beside(idle)
+    for what, value in alone.items():
+        same = value if isinstance(value, str) else pytest.approx(value, abs=1e-6)
+        assert other[what] == same, what

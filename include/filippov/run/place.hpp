@@ -60,11 +60,13 @@ template <class Sys, class S> struct Place {
     }
 
     /// Root mean square in units of the tolerance, over the components that there are.
-    S norm(const X& v) const {
+    S norm(const X& v) const { return norm(v, scale); }
+    /// The same in other units.
+    S norm(const X& v, const X& unit) const {
         using std::sqrt;
         S sum(0);
         for (int i = 0; i < N; ++i)
-            sum += (v[i] / scale[i]) * (v[i] / scale[i]);
+            sum += (v[i] / unit[i]) * (v[i] / unit[i]);
         return sqrt(sum / S(component_count(sys)));
     }
     /// What the tolerance lets a step from here to x1 err.

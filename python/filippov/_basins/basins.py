@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from filippov._results.dataset import dataset
-from filippov._results.settings import EXPLICIT, Settings, run_settings
+from filippov._results.settings import Settings, lane_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._runs.ensemble import (
@@ -188,8 +188,7 @@ class Basins(Stored):
         self.grid.verify_in(sys)
         complete(self.params, sys.params)
         verify_cycles(sys, self.attractors, self.saddles)
-        self.settings._verify_lanes()
-        require(self.settings.first_step is None, "settings have a first_step")
+        self.settings._verify_cells()
         shaped((sys.dim,), rest=self.rest)
         finite(rest=self.rest)
         arrays = ("label", "time", "status", "plain_group", "plain_steps")
@@ -516,16 +515,8 @@ def basins(
     Chapter, section 4.7 and figure 4.15, which plain cell mapping gets wrong: see `confusion`.
     """
     picture = picture_of(sys, grid, rest, t0, params)
-    settings = run_settings(
-        sys.dim,
-        method,
-        rtol,
-        atol,
-        max_step,
-        max_steps,
-        max_events,
-        on_nonunique,
-        methods=EXPLICIT,
+    settings = lane_settings(
+        sys.dim, method, rtol, atol, max_step, max_steps, max_events, on_nonunique
     )
     threads, tile = counts(threads=threads, tile=tile)
     search = search_of(

@@ -17,7 +17,7 @@ from filippov import _core
 from filippov._orbits.geometry import one_surface
 from filippov._orbits.maps import section_of
 from filippov._results.dataset import dataset
-from filippov._results.settings import EXPLICIT, Settings, run_settings
+from filippov._results.settings import Settings, lane_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._runs.ensemble import (
@@ -252,8 +252,7 @@ class CellMap(Stored):
     _parts = (CellGroup, Grid, Settings, LaneStats)
 
     def _verify(self) -> None:
-        self.settings._verify_lanes()
-        require(self.settings.first_step is None, "settings have a first_step")
+        self.settings._verify_cells()
         self.grid.verify_in(self.system, *(() if self.section is None else ("t",)))
         complete(self.params, self.system.params)
         shaped((self.system.dim,), rest=self.rest)
@@ -409,16 +408,8 @@ def cell_map(
     """
     picture = picture_of(sys, grid, rest, t0, params, section is not None)
     periods = integer("periods", periods)
-    settings = run_settings(
-        sys.dim,
-        method,
-        rtol,
-        atol,
-        max_step,
-        max_steps,
-        max_events,
-        on_nonunique,
-        methods=EXPLICIT,
+    settings = lane_settings(
+        sys.dim, method, rtol, atol, max_step, max_steps, max_events, on_nonunique
     )
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)

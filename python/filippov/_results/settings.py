@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,7 @@ from filippov import _core
 from filippov._support.check import MOST, choice, floats, integer, number, refuse, word
 from filippov._support.sound import require
 
-__all__ = ["Settings", "Stats", "analysis_settings", "run_settings"]
+__all__ = ["Settings", "Stats", "analysis_settings", "lane_settings", "run_settings"]
 
 
 METHOD_NAMES = ("dopri5", "dop853", "rodas5p")
@@ -58,6 +59,11 @@ class Settings:
         """Refuse what no ensemble is told."""
         word("method", self.method, METHOD_NAMES[:2])
         word("on_nonunique", self.on_nonunique, POLICIES)
+
+    def _verify_cells(self) -> None:
+        """Refuse what no grid of cells is told."""
+        self._verify_lanes()
+        require(self.first_step is None, "settings have a first_step")
 
     def _told(self) -> _core.RunSettings:
         """Give what the compiled core is told."""
@@ -116,6 +122,10 @@ def run_settings(
         max_events=integer("max_events", max_events, most=MOST),
         on_nonunique=word("on_nonunique", on_nonunique, policies),
     )
+
+
+#: The same of what runs in lanes.
+lane_settings = partial(run_settings, methods=EXPLICIT)
 
 
 def analysis_settings(rtol: float, atol: float, max_steps: int = 10_000_000) -> _core.RunSettings:

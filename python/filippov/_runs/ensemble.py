@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.event import modes_of
-from filippov._results.settings import EXPLICIT, Settings, run_settings
+from filippov._results.settings import Settings, lane_settings
 from filippov._results.store import Stored
 from filippov._results.tiles import Arrays, Show, Stage, open_store, run_stage
 from filippov._support.check import (
@@ -275,17 +275,8 @@ def ensemble(
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     members = _Members(sys, x0, t_span, params)
-    settings = run_settings(
-        sys.dim,
-        method,
-        rtol,
-        atol,
-        max_step,
-        max_steps,
-        max_events,
-        on_nonunique,
-        first_step,
-        methods=EXPLICIT,
+    settings = lane_settings(
+        sys.dim, method, rtol, atol, max_step, max_steps, max_events, on_nonunique, first_step
     )
     bounds = escape_bounds(sys, escape)
     threads, tile = counts(threads=threads, tile=tile)

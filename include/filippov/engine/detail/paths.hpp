@@ -68,12 +68,7 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
         const S half(0.5);
         const X field = at.field(S(at.clock.local + half * dt), polynomial(half));
         ++counters.field;
-        const X lacks = dt * field - polynomial.slope(half), unit = at.scale_of_step(x1, dt);
-        S sum(0);
-        for (int i = 0; i < N; ++i)
-            sum += lacks[i] / unit[i] * (lacks[i] / unit[i]);
-        using std::sqrt;
-        return sqrt(sum / S(component_count(at.sys)));
+        return at.norm(X(dt * field - polynomial.slope(half)), at.scale_of_step(x1, dt));
     }
     /// Leaves what is needed to evaluate this step later.
     template <class Piece> void store(Piece& piece) {
