@@ -80,7 +80,7 @@ def run_cpp(snippet: Snippet, folder: Path) -> tuple[str, str]:
     prelude = "" if has_main else "#include <filippov/filippov.hpp>\n"
     source.write_text(f'{prelude}#line {snippet.line} "page"\n{snippet.text}', encoding="utf-8")
     eigen = os.environ.get("EIGEN_INCLUDE", "/usr/include/eigen3")
-    command = [os.environ.get("CXX", "c++"), "-std=c++20", "-O1", "-Wall", "-Wextra"]
+    command = [os.environ.get("CXX", "c++"), "-std=c++20", "-Og", "-Wall", "-Wextra"]
     command += ["-DFILIPPOV_NO_FORCED_INLINING"]  # it would take most of the time
     command += [f"-I{ROOT / 'include'}", f"-isystem{eigen}", str(source)]
     command += ["-o", str(program)] if has_main else ["-fsyntax-only"]

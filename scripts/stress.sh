@@ -14,6 +14,7 @@
 #   scripts/stress.sh compilers    hard cases and accuracy with g++ and clang, -O0 to -O3, with fused
 #                                  products and without, with and without assertions
 #   scripts/stress.sh fuzz [600]   each fuzzer for so many seconds
+#   scripts/stress.sh bench        all benchmarks' answers
 #   scripts/stress.sh campaign     a million random runs against their exact solutions
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -128,6 +129,12 @@ fuzz() {
     done
 }
 
+bench() {
+    cmake --preset bench
+    cmake --build --preset bench
+    ctest --preset bench
+}
+
 campaign() {
     cmake --preset bench
     cmake --build --preset bench --target bench_stability bench_strangers
@@ -139,7 +146,7 @@ campaign() {
 if [ $# -gt 0 ]; then
     "$@"
 else
-    for stage in sanitize thread memory bindings valgrind compilers fuzz campaign; do
+    for stage in sanitize thread memory bindings valgrind compilers fuzz bench campaign; do
         "$stage"
     done
 fi

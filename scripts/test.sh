@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up and passes every check: C++ tests with sanitizers by clang, those that depend on how they
-# are compiled with g++ -O3 as users build them, those that compute for long, examples, benchmarks'
-# answers, the Python package, format, types, the programs in README and docs.
+# are compiled with g++ -O3 as users build them, those that compute for long, examples, campaigns of
+# random problems, the Python package, format, types, the programs in README and docs. (Answers of
+# the other benchmarks: `scripts/stress.sh bench`.)
 #
 # Time is kept by building each thing once: a test with all sanitizers, or by g++ (without fused
 # products all round alike; `scripts/stress.sh sanitize` has every test with sanitizers, the preset
 # release with -O3), each header alone by clang; without those checks of every pointer that the
 # address sanitizer makes anyway (the preset ubsan has all), and without line numbers in what the
 # sanitizers find; lanes for this machine alone; and by ccache, where it is installed.
-# FILIPPOV_LEAN=ON in the environment compiles benchmarks and the Python package in half the time,
+# FILIPPOV_LEAN=ON in the environment compiles campaigns and the Python package in half the time,
 # for runs that take twice as long.
 set -euo pipefail
 cd "$(dirname "$0")/.."

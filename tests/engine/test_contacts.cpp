@@ -8,7 +8,9 @@
 #include <filippov/methods/rodas5p.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <vector>
 
 using namespace filippov;
@@ -103,6 +105,18 @@ Trajectory<TwoBodies, double> run_bodies(const TwoBodies& sys, const Vec<double,
                              t_end * sys.time, settings);
 }
 
+/// Where body 0 is at time 3 if body 1 is out of its way: computed once for each floor and start.
+double alone(TwoBodies sys, const Vec<double, 4>& start) {
+    static std::map<std::array<double, 3>, double> known;
+    const auto [place, is_new] = known.try_emplace({sys.body[0].sway_rate, start[0], start[1]});
+    if (is_new) {
+        sys.body[1] = {0, 1, 0, 1, 0};
+        const Vec<double, 4> other(start[0], start[1], 0, 0);
+        place->second = run_bodies<DormandPrince8>(sys, other, 3, 1e-12).result.x[0];
+    }
+    return place->second;
+}
+
 /// Take-offs and landings of body j, that does not bounce, are where they are to be, all of them.
 template <class Run>
 void check_flights(const TwoBodies& sys, const Run& r, int j, double from, double t_end,
@@ -169,15 +183,10 @@ TEMPLATE_TEST_CASE("contacts: a low flight ends in time beside the bounces of an
         INFO("fall " << fall);
         const Vec<double, 4> start(sys.body[0].floor + 0.28, fall, sys.body[1].floor + 0.0014,
                                    -0.28);
-        const auto r = run_bodies<TestType>(sys, start, 6, tol);
+        const auto r = run_bodies<TestType>(sys, start, 3, tol);
         // (it comes down at 2e-5: what is nothing to its height is much to that time)
-        check_flights(sys, r, 1, 0.05, 6, std::min(100 * tol + 1e-6, 5e-3));
-        // the other body is where it would be alone
-        TwoBodies alone = sys;
-        alone.body[1] = {0, 1, 0, 1, 0};
-        const auto other =
-            run_bodies<DormandPrince8>(alone, Vec<double, 4>(start[0], fall, 0, 0), 6, 1e-12);
-        CHECK(std::abs(r.result.x[0] - other.result.x[0]) <= 1e4 * tol);
+        check_flights(sys, r, 1, 0.05, 3, std::min(100 * tol + 1e-6, 5e-3));
+        CHECK(std::abs(r.result.x[0] - alone(sys, start)) <= 1e4 * tol);
     }
 }
 
