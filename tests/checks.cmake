@@ -27,15 +27,20 @@ foreach(file IN LISTS refuse_files)
   get_filename_component(name ${file} NAME_WE)
   filippov_refuse(${name} ${file})
 endforeach()
-# The harness itself: a program that compiles, and one refused for another reason, do not pass.
+# The harness itself: a program that compiles, and one refused for another reason, or for another one
+# first, do not pass.
 file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/refuse/valid.cpp
      CONTENT "// expect: anything\n#include <filippov/version.hpp>\nint main() {}\n")
 file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/refuse/other_reason.cpp
      CONTENT "// expect: a text that no compiler says\nint main() { return undeclared_name; }\n")
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/refuse/later_error.cpp
+     CONTENT "// expect: the reason\nint n = undeclared_name;\nstatic_assert(false, \"the reason\");\n")
 filippov_refuse(_rejects_a_valid_program ${CMAKE_CURRENT_BINARY_DIR}/refuse/valid.cpp
                 PASS_REGULAR_EXPRESSION "compiles, and must not")
 filippov_refuse(_rejects_another_reason ${CMAKE_CURRENT_BINARY_DIR}/refuse/other_reason.cpp
                 PASS_REGULAR_EXPRESSION "refused for another reason")
+filippov_refuse(_rejects_a_later_error ${CMAKE_CURRENT_BINARY_DIR}/refuse/later_error.cpp
+                PASS_REGULAR_EXPRESSION "the first error is another")
 
 # A project of somebody else's uses the library: installed, as a subfolder, and fetched.
 set(consumer_ways subdirectory fetch)

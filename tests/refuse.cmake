@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Compiles SOURCE and demands that it fails, with the text named in its first line:
+# Compiles SOURCE and demands that it fails, and that its first error has the text named in its first
+# line:
 #
 #   // expect: a part of the compiler's message
 #
@@ -34,4 +35,11 @@ string(FIND "${output}" "${expected}" position)
 if(position EQUAL -1)
   message(NOTICE "expected: ${expected}\n${output}")
   message(FATAL_ERROR "refused for another reason: ${SOURCE}")
+endif()
+# Before it come places alone: from where it was included and instantiated.
+string(REGEX MATCH "[^\n]*error(: | C[0-9])[^\n]*" first "${output}")
+string(FIND "${first}" "${expected}" position)
+if(position EQUAL -1)
+  message(NOTICE "expected: ${expected}\n${output}")
+  message(FATAL_ERROR "the first error is another: ${SOURCE}")
 endif()
