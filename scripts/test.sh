@@ -10,8 +10,8 @@
 # release with -O3), each header alone by clang; without those checks of every pointer that the
 # address sanitizer makes anyway (the preset ubsan has all), and without line numbers in what the
 # sanitizers find; lanes for this machine alone; and by ccache, where it is installed.
-# FILIPPOV_LEAN=ON in the environment compiles campaigns and the Python package in half the time,
-# for runs that take twice as long.
+# FILIPPOV_LEAN=ON in the environment compiles campaigns, examples and the Python package in half the
+# time, for runs that take twice as long.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
