@@ -7,7 +7,6 @@ cd "$(dirname "$0")/.."
 
 scripts/setup.sh
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
-"${pip[@]}" "scikit-build-core>=0.10" "pybind11>=2.13"
 if command -v ccache >/dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}
 fi

@@ -79,3 +79,7 @@ if ! .venv/bin/python -c 'import pip' 2>/dev/null; then
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip ||
         echo "setup: pip could not be upgraded; going on with the one at hand" >&2
 fi
+# What building the package needs (pyproject.toml), so that its build folder outlives a build: what
+# pip brings for one build lies elsewhere in the next, which would compile all anew.
+.venv/bin/python -m pip install --quiet --disable-pip-version-check \
+    "scikit-build-core>=0.10" "pybind11>=2.13" "cmeel-eigen>=3.4"

@@ -32,7 +32,6 @@ scripts/setup.sh test
 
 step "Python package"
 pip=(.venv/bin/python -m pip install --quiet --disable-pip-version-check)
-"${pip[@]}" "scikit-build-core>=0.10" "pybind11>=2.13"
 rm -rf build/wheel
 .venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
     -w build/wheel -C build-dir=build/python -C cmake.define.FILIPPOV_GSL=ON \

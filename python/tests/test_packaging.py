@@ -2,6 +2,7 @@
 """What pip installs serves C++ projects too, and leaves the process as it was."""
 
 import importlib.metadata
+import re
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,17 @@ def test_a_cmake_project_uses_what_pip_installed(tmp_path):
     subprocess.run([cmake, "--build", str(tmp_path)], check=True, timeout=600, capture_output=True)
     told = subprocess.run([tmp_path / "consumer"], check=True, capture_output=True, text=True)
     assert told.stdout == f"filippov {fp.__version__}\n"
+
+
+def test_scripts_set_up_what_building_needs():
+    root = Path(__file__).parents[2]
+    setup = root / "scripts/setup.sh"
+    if not setup.is_file():
+        pytest.skip("scripts are in the repository only")
+    (declared,) = re.findall(r"^requires = \[(.*)\]$", (root / "pyproject.toml").read_text(), re.M)
+    needed = [word.strip() for word in declared.split(",")]
+    assert needed
+    assert all(word in setup.read_text() for word in needed)
 
 
 def test_build_backends_find_the_cmake_files():
