@@ -183,9 +183,10 @@ template <class S, std::size_t Capacity> struct Trace {
     S sliver = S(0); ///< nothing nearer to that root tells of another
     bool watched = true;
     bool descended = false; ///< into its touch band in an earlier step, and has not left it yet
-    std::array<S, Capacity> probe{}; ///< probe[k]: value at Times::theta(k)
+    // (not cleared: a run that lasts a few steps has no time for it)
+    std::array<S, Capacity> probe; ///< probe[k]: value at Times::theta(k)
     /// sample[k]: value on the path at SampleTimes::theta(k), of a guard with a pace of its own
-    std::array<S, SampleTimes<S>::n + 1> sample{};
+    std::array<S, SampleTimes<S>::n + 1> sample;
     Fit<S> fit{};          ///< of probes or samples of the step, of such a guard
     bool sampled = false;  ///< in this step
     bool own_pace = false; ///< in this step no error estimate of the field resolves it

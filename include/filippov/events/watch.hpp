@@ -925,7 +925,7 @@ private:
     const Place<Sys, S>& at_;
     const Sec& sections_;
     const bool declared_linear_;
-    std::array<GuardTrace, n_guards> traces_{};
+    std::array<GuardTrace, n_guards> traces_;
     std::array<Surface, std::size_t(M)> surfaces_{};
     std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
     int n_active_ = 0;
