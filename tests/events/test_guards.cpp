@@ -16,7 +16,8 @@ using namespace filippov;
 
 namespace {
 
-using Track = Trace<double, 32>;
+using Track = Trace<double>;
+template <class Times> constexpr const ProbeTimes<double>& times = probe_times<Times, double>;
 template <class Tableau> using Stages = StageTimes<Tableau, double>;
 using Sixths = WindowTimes<double>;
 
@@ -26,6 +27,7 @@ template <class Times, class F> Track track(F f) {
     t.start = f(0.0);
     for (std::size_t k = 1; k <= Times::n; ++k)
         t.probe[k] = f(Times::theta(k));
+    t.see(times<Times>);
     return t;
 }
 
@@ -36,11 +38,11 @@ TEMPLATE_TEST_CASE("guards: probes are read in the order of their times", "[guar
     for (std::size_t i = 1; i < TestType::in_time.size(); ++i)
         CHECK(TestType::theta(TestType::in_time[i - 1]) <= TestType::theta(TestType::in_time[i]));
     CHECK(TestType::theta(TestType::n) == 1);
-    CHECK(track<TestType>([](double u) { return u; }).template turns<TestType>() == 0);
-    CHECK(track<TestType>([](double u) { return std::exp(-u); }).template turns<TestType>() == 0);
-    CHECK(track<TestType>([](double u) { return u * (1 - u); }).template turns<TestType>() == 1);
+    CHECK(track<TestType>([](double u) { return u; }).turns(times<TestType>) == 0);
+    CHECK(track<TestType>([](double u) { return std::exp(-u); }).turns(times<TestType>) == 0);
+    CHECK(track<TestType>([](double u) { return u * (1 - u); }).turns(times<TestType>) == 1);
     const auto wave = [](double u) { return std::cos(6 * std::numbers::pi * u); };
-    CHECK(track<TestType>(wave).template turns<TestType>() > 1);
+    CHECK(track<TestType>(wave).turns(times<TestType>) > 1);
 }
 
 TEMPLATE_TEST_CASE("guards: a parabola that dips to zero is never overlooked", "[guards]",
@@ -49,26 +51,26 @@ TEMPLATE_TEST_CASE("guards: a parabola that dips to zero is never overlooked", "
     for (double at = 1e-3; at < 1; at += 1e-3) {
         CAPTURE(at);
         const auto touch = [at](double u) { return (u - at) * (u - at); };
-        REQUIRE(track<TestType>(touch).template doubtful<TestType>());
+        REQUIRE(track<TestType>(touch).doubtful(times<TestType>));
         const auto root = [at](double u) { return (at - u) * (1 + 0.5 * u); };
-        REQUIRE(track<TestType>(root).template doubtful<TestType>());
+        REQUIRE(track<TestType>(root).doubtful(times<TestType>));
     }
     // far from zero, or leaving it all the way, there is no doubt
     const auto high = [](double u) { return 1 + 0.1 * std::sin(6 * u); };
-    CHECK_FALSE(track<TestType>(high).template doubtful<TestType>());
+    CHECK_FALSE(track<TestType>(high).doubtful(times<TestType>));
     const auto leaving = [](double u) { return 0.1 + u; };
-    CHECK_FALSE(track<TestType>(leaving).template doubtful<TestType>());
+    CHECK_FALSE(track<TestType>(leaving).doubtful(times<TestType>));
     // a start on a root that is divided out: 3 u + u^2 leaves, u (0.5 - u) comes back
     auto away = track<TestType>([](double u) { return 3 * u + u * u; });
     away.order = 1;
-    CHECK_FALSE(away.template doubtful<TestType>());
+    CHECK_FALSE(away.doubtful(times<TestType>));
     auto back = track<TestType>([](double u) { return u * (0.5 - u); });
     back.order = 1;
-    CHECK(back.template doubtful<TestType>());
+    CHECK(back.doubtful(times<TestType>));
     // a side that is not known yet
     auto unknown = track<TestType>(high);
     unknown.sense = 0;
-    CHECK(unknown.template doubtful<TestType>());
+    CHECK(unknown.doubtful(times<TestType>));
 }
 
 TEMPLATE_TEST_CASE("guards, in lanes: a fall goes down from probe to probe, and not from a root",
@@ -104,11 +106,11 @@ TEMPLATE_TEST_CASE("guards, in lanes: range and turns are those of one guard", "
         }
         all.start.set(2, 7.0);
         const auto range = all.range();
-        CHECK(range.low[0] == one.template range<TestType>().low);
-        CHECK(range.high[3] == one.template range<TestType>().high);
+        CHECK(range.low[0] == one.range(times<TestType>).low);
+        CHECK(range.high[3] == one.range(times<TestType>).high);
         CHECK(range.high[2] == 7.0);
-        CHECK(all.turns()[0] == one.template turns<TestType>());
-        CHECK(all.turns()[3] == one.template turns<TestType>());
+        CHECK(all.turns()[0] == one.turns(times<TestType>));
+        CHECK(all.turns()[3] == one.turns(times<TestType>));
     };
     for (const double swings : {0.0, 0.4, 1.0, 1.7, 3.0, 6.0})
         check([swings](double u) { return 1.5 + std::cos(swings * std::numbers::pi * u); });
@@ -117,7 +119,7 @@ TEMPLATE_TEST_CASE("guards, in lanes: range and turns are those of one guard", "
 }
 
 TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guards]") {
-    const auto falls = [](auto f) { return track<Sixths>(f).template falls_through<Sixths>(); };
+    const auto falls = [](auto f) { return track<Sixths>(f).falls_through(times<Sixths>); };
     CHECK(falls([](double u) { return 0.4 - u; }) == 3);
     CHECK(falls([](double u) { return 1 - std::exp(u) / 2; }) == 5);
     CHECK(falls([](double u) { return 0.1 + u * (0.8 - u) * 3; }) == 6);      // rises, then falls
@@ -131,7 +133,7 @@ TEST_CASE("guards: a plain fall through zero is bracketed by two probes", "[guar
               }) == 0);
     auto root = track<Sixths>([](double u) { return u * (0.5 - u); });
     root.order = 1;
-    CHECK(root.falls_through<Sixths>() == 0);
+    CHECK(root.falls_through(times<Sixths>) == 0);
 }
 
 using Samples = SampleTimes<double>;
@@ -161,7 +163,7 @@ namespace {
 
 template <class Times, class F> Fit<double> fit(F f) {
     const Track t = track<Times>(f);
-    return fit_of<Times>(t.start, [&](std::size_t k) { return t.probe[k]; }, 0.0);
+    return fit_of(times<Times>, t.start, [&](std::size_t k) { return t.probe[k]; }, 0.0);
 }
 
 } // namespace
@@ -251,7 +253,7 @@ TEST_CASE("guards, in lanes: samples show a root, nothing, or that they show too
 TEMPLATE_TEST_CASE("guards: the next zero of a parabola is exact", "[guards]",
                    Stages<DormandPrince5>, Stages<DormandPrince8>) {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    const auto next = [](auto f) { return track<TestType>(f).template next_zero<TestType>(); };
+    const auto next = [](auto f) { return track<TestType>(f).next_zero(times<TestType>); };
     for (const double root : {1.01, 1.5, 3.0, 100.0}) {
         CHECK(next([root](double u) { return root - u; }) == Approx(root - 1).epsilon(1e-9));
         CHECK(next([root](double u) { return (root - u) * (1 + u); }) ==

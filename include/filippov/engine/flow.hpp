@@ -16,7 +16,7 @@ namespace filippov {
 namespace detail {
 
 /// The loop of `flow`, with its bookkeeping of events.
-template <class Sys, class S, class Tableau, class Obs, class Sec> class Flow {
+template <class Sys, class S, class Obs, class Sec> class Flow {
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
@@ -25,10 +25,10 @@ template <class Sys, class S, class Tableau, class Obs, class Sec> class Flow {
 public:
     Flow(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
          const Settings<S, N>& settings, Obs& observer, const Sec& sections,
-         const KnownStart<M>& known_start)
+         const KnownStart<M>& known_start, Steps<Sys, S, Watch<Sys, S, Sec>>& steps)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections),
-          known_start_(known_start), segment_(sys, p, t0, x0, t_end, settings, observer, sections) {
-    }
+          known_start_(known_start),
+          segment_(sys, p, t0, x0, t_end, settings, observer, sections, steps) {}
 
     FlowResult<S, N, M> run() {
         Status status = start();
@@ -793,7 +793,7 @@ private:
     Obs& observer_;
     const Sec& sections_;
     const KnownStart<M> known_start_;
-    Segment<Sys, S, Tableau, Obs, Sec> segment_;
+    Segment<Sys, S, Obs, Sec> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
     std::array<bool, Sec::capacity + 1> met_{}; ///< sections that were met, and when last
@@ -838,8 +838,9 @@ flow(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim_v<Sys>>
     detail::validate_sections(watched);
     detail::validate_observer(observer, t0, t_end);
     const auto run = [&]<class Watched>(const Watched& sections) {
-        return detail::Flow<Sys, S, Tableau, Obs, Watched>(sys, p, t0, x0, t_end, settings,
-                                                           observer, sections, known_start)
+        StepsOf<Tableau, Sys, S, Watch<Sys, S, Watched>> steps;
+        return detail::Flow<Sys, S, Obs, Watched>(sys, p, t0, x0, t_end, settings, observer,
+                                                  sections, known_start, steps)
             .run();
     };
     if constexpr (std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>)

@@ -24,19 +24,20 @@
 namespace filippov {
 
 /// State and machinery of a run; `advance` follows the current mode to the next stop.
-template <class Sys, class S, class Tableau, class Obs, class Sec> class Segment {
+template <class Sys, class S, class Obs, class Sec> class Segment {
 public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
-    using Stepper = typename Tableau::template Stepper<S, N>;
-    using Guards = Watch<Sys, S, Tableau, Sec>;
+    using Guards = Watch<Sys, S, Sec>;
+    using Method = Steps<Sys, S, Guards>;
 
     /// @error std::invalid_argument for a period too short to tell the phase of t0 or t_end
     Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
-            const Settings<S, N>& settings, Obs& observer, const Sec& sections)
-        : place_(sys, p, settings), watch_(place_, sections), observer_(observer) {
+            const Settings<S, N>& settings, Obs& observer, const Sec& sections, Method& steps)
+        : place_(sys, p, settings), watch_(place_, sections), observer_(observer), steps_(steps),
+          control_{.method = steps.facts()} {
         const S T = period(sys, p);
         place_.clock = Clock<S>::at(t0, T);
         end_ = Clock<S>::at(t_end, T);
@@ -113,7 +114,7 @@ public:
         if (span == S(0))
             span = S(1); // nothing to integrate, but a contact wants a time scale
         natural_step_ =
-            std::max(estimate_first_step(place_, span, Tableau::order), place_.resolution());
+            std::max(estimate_first_step(place_, span, steps_.facts().order), place_.resolution());
         S first = std::min({natural_step_, span, settings.max_step});
         if (settings.first_step > S(0))
             first = std::min(settings.first_step, span);
@@ -140,13 +141,8 @@ public:
             if constexpr (HasSlidingFlow<Sys, S>)
                 if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
                     return run_closed_form();
-            return run(SlideField<Sys, S, Guards>{place_, watch_});
         }
-        if constexpr (HasSides<Sys, S>)
-            return place_.mode[0] < 0 ? run(OnSide<-1>{place_, watch_})
-                                      : run(OnSide<+1>{place_, watch_});
-        else
-            return run(OnSide<0>{place_, watch_});
+        return run();
     }
 
     /// True if a slide has ended in a two-fold, where its field is 0/0.
@@ -192,7 +188,7 @@ public:
     }
 
 private:
-    template <int Side> using OnSide = SideField<Side, Sys, S, Guards>;
+    using Attempt = TrialPath<Sys, S, Guards>; ///< a step of the method
 
     static S abs_(const S& v) {
         using std::abs;
@@ -201,41 +197,26 @@ private:
     /// The sign of a step.
     S forward() const { return S(place_.direction); }
 
-    /// True if x1 and every stage are finite, and h at every stage.
-    FILIPPOV_INLINE bool finite(const X& x1) const {
-        X sum = x1 + rk_.sum_of_stages();
-        S total(0);
-        for (int i = 0; i < N; ++i)
-            total += sum[i];
-        total = watch_.template with_probes_of_h<StepTimes<Tableau, S, N>>(total);
-        return total * S(0) == S(0);
-    }
-    /// Square of the error of a step in units of the tolerance, its mean over the components that
-    /// there are.
-    FILIPPOV_INLINE S step_error(const X& x1, const S& dt) const {
-        X weight = place_.scale_of_step(x1, dt);
-        for (int i = 0; i < N; ++i)
-            weight[i] = dt / weight[i] * mean_weight<Sys, S>(place_.sys);
-        return Tableau::squared_error(rk_, weight);
-    }
-
-    /// The clock after a step.
-    FILIPPOV_INLINE Clock<S> after(const S& dt) const {
+    /// Moves a clock that starts where the step does to its end.
+    FILIPPOV_INLINE void move(Clock<S>& clock, const S& dt) const {
         if (dt == remaining_)
-            return end_;
-        Clock<S> next = place_.clock;
-        next.advance(dt);
-        return next;
+            clock = end_;
+        else
+            clock.advance(dt);
     }
     /// Takes the step along a path: observer, state, clock.
     template <class Path> FILIPPOV_INLINE void accept(Path& path) {
-        const Clock<S> next = after(path.dt);
-        if constexpr (Obs::wants_steps)
+        if constexpr (Obs::wants_steps) {
+            Clock<S> next = place_.clock;
+            move(next, path.dt);
             observer_.on_step(
                 StepView<S, N, M>{place_.clock, next, path.dt, place_.x, path.x1, place_.mode},
                 path);
-        place_.clock = next; // before the state, whose errors are judged at this time
-        place_.put(path.x1);
+            place_.clock = next;
+        } else {
+            move(place_.clock, path.dt); // where it is: a copy would wait for what was just stored
+        }
+        place_.put(path.x1); // after the clock: its errors are judged at that time
         elapsed_ += abs_(path.dt);
         blurred_ = 0;
         ++counters_.steps;
@@ -261,10 +242,10 @@ private:
     /// True if a step errs more than the tolerance after it was shortened: that of the whole one
     /// was small by chance.
     template <class Path> FILIPPOV_COLD bool errs_more(const Path& path, const S& full) {
-        if constexpr (requires { path.rk; }) {
+        if constexpr (Path::by_method) {
             if (path.dt == full || place_.settings.fixed_step > S(0))
                 return false;
-            const S error = step_error(path.x1, path.dt); // (a square)
+            const S error = steps_.squared_error(place_, path.dt, path.x1);
             if (error <= S(4) || !(abs_(path.dt) > S(16) * place_.resolution()))
                 return false;
             ++counters_.rejected;
@@ -319,7 +300,9 @@ private:
         stop.jumped = landing.jumped || s_jumps; // of h, or of s
         if (const int j = carried_off(path); j >= 0 && target.ends_slide())
             return left_behind(j, path.dt);
-        target.settle(path, after(path.dt).local, landing.jumped);
+        Clock<S> end = place_.clock;
+        move(end, path.dt);
+        target.settle(path, end.local, landing.jumped);
         const bool flat = target.degenerate(path);
         accept(path);
         watch_.go_on_with_sections();
@@ -344,8 +327,8 @@ private:
     /// where it ends), which tells nothing.
     S time_to_surface(int j) const {
         constexpr S infinity = std::numeric_limits<S>::infinity();
-        const S rate =
-            normal_component(place_.sys, j, place_.clock.local, place_.x, place_.p, rk_.k[0]);
+        const S rate = normal_component(place_.sys, j, place_.clock.local, place_.x, place_.p,
+                                        steps_.start_field());
         const S h = switching(place_.sys, place_.clock.local, place_.x, place_.p)[j];
         return abs_(rate) < infinity ? -h / rate : infinity;
     }
@@ -387,7 +370,7 @@ private:
         const S t = place_.clock.local;
         for (int k = 1; k <= 64 && what.empty(); k *= 2) {
             const S dt = forward() * S(k) * place_.resolution();
-            what = place_.what_is_not_finite(S(t + dt), X(place_.x + dt * rk_.k[0]));
+            what = place_.what_is_not_finite(S(t + dt), X(place_.x + dt * steps_.start_field()));
         }
         if (what.empty())
             what = place_.what_is_not_finite(t, place_.x);
@@ -397,7 +380,7 @@ private:
     /// moves by more than the tolerance is a surface that has begun to jump, and takes no state
     /// along.)
     X alone(const S& dt) const {
-        const X moved = dt * rk_.k[0];
+        const X moved = dt * steps_.start_field();
         return place_.norm(moved) <= S(1) ? X(place_.x + moved) : place_.x;
     }
     /// Leaves a slide, at guard g, for where the field leads alone.
@@ -410,7 +393,7 @@ private:
     }
     /// Puts the end of a slide's step on its surface. Returns the surface that the step has lost
     /// instead, -1 if none (a fixed step follows it wherever it is).
-    template <class Path> FILIPPOV_INLINE int hold_end(Path& path, bool beside) const {
+    FILIPPOV_INLINE int hold_end(Attempt& path, bool beside) const {
         const X raw = path.x1;
         path.put_end_on_surface();
         // Of a step that errs by less than the tolerance the projection is as small; where it moves
@@ -423,7 +406,7 @@ private:
     /// The surface that has run away from a slide within a few ulp of the time, and was followed by
     /// more than ten tolerances; -1: none.
     template <class Path> int carried_off(const Path& path) const {
-        if (!Path::slides || forced_ || place_.settings.fixed_step > S(0) ||
+        if (!path.slides || forced_ || place_.settings.fixed_step > S(0) ||
             !(abs_(path.dt) <= few_ulp * place_.resolution()))
             return -1;
         return place_.norm(X(path.x1 - alone(path.dt))) > S(10) ? sliding_surface(place_.mode) : -1;
@@ -522,7 +505,7 @@ private:
     }
     /// True if L1 - L2 only touches zero in a step, at its end or in the middle of it: where a
     /// switch loses its force for an instant the slide attracts before and after.
-    template <class Path> FILIPPOV_COLD bool only_touches_pole(Path& path, Found<S>& found) {
+    FILIPPOV_COLD bool only_touches_pole(Attempt& path, Found<S>& found) {
         const int j = sliding_surface(place_.mode);
         if (!may_meet_two_fold() || found.guard != Guard<M>::transversal(j))
             return false;
@@ -586,12 +569,12 @@ private:
     /// How far the next step should go: a fifth beyond the contact that is foreseen. One-sided
     /// fields may grow wild behind their surface (a pole, a square root), and steps that plunge
     /// there are mostly rejected.
-    template <class Path> FILIPPOV_INLINE S reach_after(const S& dt) const {
-        const S nearest = watch_.template next_contact<Path>();
+    FILIPPOV_INLINE S reach_after(const S& dt) const {
+        const S nearest = watch_.next_contact();
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * place_.resolution());
     }
     /// The next step, after one that was good.
-    template <class Path> FILIPPOV_INLINE void propose(Path& path, const Trial& t, const S& error) {
+    FILIPPOV_INLINE void propose(Attempt& path, const Trial& t, const S& error) {
         // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
         // one that ends at an event keeps the full step's.
         S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
@@ -600,16 +583,16 @@ private:
             proposed = most * t.dt;
         if (!(t.last || t.cut) || abs_(proposed) > abs_(dt_))
             dt_ = proposed;
-        reach_ =
-            Path::slides && M == 1 ? std::numeric_limits<S>::infinity() : reach_after<Path>(t.dt);
+        reach_ = path.slides && M == 1 ? std::numeric_limits<S>::infinity() : reach_after(t.dt);
     }
 
     /// The field where the steps begin.
-    template <class Rhs> Status begin(Rhs& rhs) {
-        rk_.begin(rhs.field(place_.clock.local, place_.x));
+    Status begin() {
+        probed_field(place_, watch_,
+                     [&](auto&& rhs) { steps_.begin(rhs.field(place_.clock.local, place_.x)); });
         ++counters_.field;
         have_k0_ = true;
-        return all_finite<S, N>(rk_.k[0])
+        return all_finite<S, N>(steps_.start_field())
                    ? Status::ok
                    : fail(Status::not_finite,
                           place_.what_is_not_finite(place_.clock.local, place_.x));
@@ -629,7 +612,7 @@ private:
     /// half of it is tried next. (Of first steps that are right of random problems 4% have a larger
     /// defect with dopri5 and none with the others; of those that erred by 300 tolerances one had a
     /// defect of 49.)
-    template <class Path> FILIPPOV_COLD bool is_lucky(Path& path) {
+    FILIPPOV_COLD bool is_lucky(Attempt& path) {
         --checks_;
         if (path.defect() <= S(32)) {
             checks_ = 0;
@@ -640,14 +623,15 @@ private:
         return true;
     }
     /// Steps of the method.
-    template <class Rhs> FILIPPOV_FLATTEN Stop run(Rhs rhs) {
-        using Path = TrialPath<Tableau, Sys, S, Rhs>;
+    FILIPPOV_FLATTEN Stop run() {
+        watch_.probe_at(steps_.times());
+        const bool slides = place_.mode.sliding() > 0;
         if (!have_k0_)
-            if (const Status status = begin(rhs); status != Status::ok)
+            if (const Status status = begin(); status != Status::ok)
                 return {status};
         const bool fixed = place_.settings.fixed_step > S(0);
         bool bad_stage = false, beside = forced_; // a forced mode may begin beside its surface
-        reach_ = Rhs::slides ? std::numeric_limits<S>::infinity() : first_reach_;
+        reach_ = slides ? std::numeric_limits<S>::infinity() : first_reach_;
         first_reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
             remaining_ = place_.clock.until(end_);
@@ -659,11 +643,11 @@ private:
             if (abs_(dt_) < place_.resolution() && !(last && !bad_stage))
                 return too_small(bad_stage);
 
-            Path path(place_, rhs, rk_, counters_, dt);
-            if constexpr (!Stepper::probes_stages)
+            Attempt path(place_, watch_, steps_, counters_, dt);
+            if (!steps_.facts().probes_stages)
                 path.probe();
-            const bool good = finite(path.x1);
-            const S error = good && !fixed ? step_error(path.x1, dt) : S(0);
+            const bool good = path.judged.finite();
+            const S error = path.judged.error;
             if (!good || !(error <= S(1))) {
                 ++counters_.rejected;
                 bad_stage = !good || !(error < std::numeric_limits<S>::infinity());
@@ -676,10 +660,9 @@ private:
                 continue;
             }
             const bool unjudged = !(error > S(1e-10)); // (it is a square)
-            if constexpr (!Rhs::slides)
-                if (checks_ > 0 && !fixed && is_lucky(path))
-                    continue;
-            if constexpr (Rhs::slides)
+            if (!slides && checks_ > 0 && !fixed && is_lucky(path))
+                continue;
+            if (slides)
                 if (const int lost = hold_end(path, beside); lost >= 0) {
                     if (abs_(dt) <= S(2) * place_.resolution())
                         return left_behind(lost, dt);
@@ -688,13 +671,13 @@ private:
                     continue;
                 }
 
-            if constexpr (Rhs::slides)
+            if (slides)
                 if (may_meet_two_fold()) {
                     const int j = sliding_surface(place_.mode);
                     const S now = watch_.transversality(j);
                     transversality_ = std::max(transversality_, now);
                     widest_ = std::max(widest_, now);
-                    if (watch_.template loses_transversality<Path>(j, transversality_)) {
+                    if (watch_.loses_transversality(j, transversality_)) {
                         TwoFold<Sys, S> fold;
                         const Approach how = approach_two_fold(dt, fold);
                         if (how == Approach::ends)
@@ -706,7 +689,7 @@ private:
                 }
             Found<S> found;
             watch_.look(path, unjudged, elapsed_);
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
+            if (!place_.settings.skip_root_search || watch_.any_doubt()) {
                 // a step of a few ulp from a root has no inside: the root divided out leaves
                 // rounding
                 if (abs_(dt) > S(8) * place_.resolution() || !watch_.starts_on_root())
@@ -716,7 +699,7 @@ private:
                 if (found.guard < 0)
                     found = watch_.contact_at_end(path, last);
             }
-            if constexpr (Rhs::slides)
+            if (slides)
                 if (found.guard >= 0) {
                     if (only_touches_pole(path, found)) {
                         if (found.theta < S(0.7)) { // (what comes later in this step is not known)
@@ -740,14 +723,14 @@ private:
                     continue;
                 }
                 if (!stop.missed) {
-                    rk_.go_on();
+                    steps_.go_on();
                     return stop;
                 }
             }
             bad_stage = beside = false;
             accept(path);
-            rk_.go_on();
-            watch_.template go_on<Path>();
+            steps_.go_on();
+            watch_.go_on();
         }
     }
     template <class Path> Found<S> first_event(Path& path, bool fixed, std::uint64_t missed = 0) {
@@ -770,6 +753,7 @@ private:
     /// Windows of a slide that the system knows in closed form.
     Stop run_closed_form() {
         using Path = ClosedFormPath<Sys, S>;
+        watch_.probe_at(Path::times);
         have_k0_ = false;
         const S period = place_.clock.period;
         S longest = period > S(0) ? period / S(2) : std::numeric_limits<S>::infinity();
@@ -788,11 +772,12 @@ private:
             Path path{place_, last ? remaining_ : forward() * window, X(place_.x)};
             window_ = abs_(path.dt);
             path.probe(watch_);
+            watch_.see(Path::times);
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
             Found<S> found;
             watch_.look(path, !Path::vouched, elapsed_);
-            if (!place_.settings.skip_root_search || watch_.template any_doubt<Path>()) {
+            if (!place_.settings.skip_root_search || watch_.any_doubt()) {
                 found = first_event(path, false);
                 if (found.blurred) {
                     ++blurred_;
@@ -813,7 +798,7 @@ private:
             }
             window = window_ * std::min(S(4), watch_.growth(path));
             accept(path);
-            watch_.template go_on<Path>();
+            watch_.go_on();
         }
     }
 
@@ -847,8 +832,8 @@ private:
     S elapsed_ = S(0); ///< since the mode began
     int blurred_ = 0;  ///< trials in a row in which a guard swung too fast
     static constexpr int most_blurred = 8;
-    Stepper rk_;
-    StepControl<Tableau> control_;
+    Method& steps_;
+    StepControl<MethodFacts> control_;
     Counters counters_{};
     Diagnosis<S, N, M> diagnosis_{};
 };
@@ -886,7 +871,8 @@ segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v
     using Sec = std::conditional_t<std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>,
                                    AnySections<S, dim_v<Sys>, params_v<Sys>>, Sections<>>;
     const Sec none;
-    Segment<Sys, S, Tableau, Obs, Sec> run(sys, p, t0, x0, t_end, settings, observer, none);
+    StepsOf<Tableau, Sys, S, Watch<Sys, S, Sec>> steps;
+    Segment<Sys, S, Obs, Sec> run(sys, p, t0, x0, t_end, settings, observer, none, steps);
     run.force(mode, target);
     const Stop stop = run.advance();
     SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;

@@ -245,10 +245,11 @@ public:
         const Vec<double, N> x = detail::vector_of(stretch.x);
         using Watched = AnySections<double, N, P>;
         const Watched none;
-        const auto r =
-            detail::Flow<Sys, double, Tableau, Listener<double, N, M>, Watched>(
-                sys_, p, stretch.t0, x, stretch.t0 + stretch.dt, settings, listener, none, known)
-                .run();
+        StepsOf<Tableau, Sys, double, Watch<Sys, double, Watched>> steps;
+        const auto r = detail::Flow<Sys, double, Listener<double, N, M>, Watched>(
+                           sys_, p, stretch.t0, x, stretch.t0 + stretch.dt, settings, listener,
+                           none, known, steps)
+                           .run();
         end.status = r.status;
         end.clock = r.clock;
         end.x = detail::plain<N>(r.x);

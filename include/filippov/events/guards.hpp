@@ -82,6 +82,58 @@ private:
     }();
 };
 
+/// The number of the probe that is nearest to a place in the step, but for its end.
+template <class Times> constexpr std::size_t nearest_to(double place) {
+    std::size_t best = 1;
+    for (std::size_t k = 2; k < Times::n; ++k) {
+        const double d = static_cast<double>(Times::theta(k)) - place,
+                     e = static_cast<double>(Times::theta(best)) - place;
+        if ((d < 0 ? -d : d) < (e < 0 ? -e : e))
+            best = k;
+    }
+    return best;
+}
+
+/// By how many times what n values on a step are off their cubic others may be. A method of seven
+/// stages has two besides the nodes: in one of two thousand steps both are off by less than a
+/// thirtieth of what swings there.
+constexpr double doubt_of(std::size_t n) { return n < 10 ? 32 : 8; }
+
+/// Where in a step a guard is known, as data: the engine does not know at compile time by which
+/// method it steps.
+template <class S> struct ProbeTimes {
+    static constexpr std::size_t most = 32;
+
+    std::size_t n;                         ///< values are numbered 1 to n, the last at the end
+    std::array<S, most + 1> theta;         ///< where they are, in units of the step
+    std::array<std::size_t, most> in_time; ///< their numbers in the order of their times
+    bool equidistant;
+    std::size_t near_third, near_two_thirds; ///< the nodes of a fit
+    S widest_gap;                            ///< between neighbours
+
+    template <class Times> static constexpr ProbeTimes of() {
+        static_assert(Times::n <= most, "filippov: expected a method of at most 33 stages");
+        ProbeTimes times{.n = Times::n,
+                         .theta = {},
+                         .in_time = {},
+                         .equidistant = Times::equidistant,
+                         .near_third = nearest_to<Times>(1.0 / 3),
+                         .near_two_thirds = nearest_to<Times>(2.0 / 3),
+                         .widest_gap = S(0)};
+        S before(0);
+        for (std::size_t i = 0; i < Times::n; ++i) {
+            const std::size_t k = Times::in_time[i];
+            times.in_time[i] = k;
+            times.theta[k] = Times::theta(k);
+            times.widest_gap = std::max(times.widest_gap, S(times.theta[k] - before));
+            before = times.theta[k];
+        }
+        return times;
+    }
+};
+template <class Times, class S>
+inline constexpr ProbeTimes<S> probe_times = ProbeTimes<S>::template of<Times>();
+
 /// What the cubic through four values of a guard on a step says of the others.
 template <class S> struct Fit {
     S off = S(0);    ///< how far they are off it, at most
@@ -110,32 +162,15 @@ template <class S> struct Fit {
     }
 };
 
-/// The number of the probe that is nearest to a place in the step, but for its end.
-template <class Times> constexpr std::size_t nearest_to(double place) {
-    std::size_t best = 1;
-    for (std::size_t k = 2; k < Times::n; ++k) {
-        const double d = static_cast<double>(Times::theta(k)) - place,
-                     e = static_cast<double>(Times::theta(best)) - place;
-        if ((d < 0 ? -d : d) < (e < 0 ? -e : e))
-            best = k;
-    }
-    return best;
-}
-
-/// By how many times what n values on a step are off their cubic others may be. A method of seven
-/// stages has two besides the nodes: in one of two thousand steps both are off by less than a
-/// thirtieth of what swings there.
-constexpr double doubt_of(std::size_t n) { return n < 10 ? 32 : 8; }
-
 /// The fit of values v(k) at theta(k), k = 1 to n, the last one at 1, and `start` at 0. Nodes are
 /// the ends and the places nearest to a third and two thirds.
 /// @param noise  by which values may be off for no reason
-template <class Times, class S, class Value>
-FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
+template <class S, class Value>
+FILIPPOV_COLD Fit<S> fit_of(const ProbeTimes<S>& times, const S& start, const Value& v,
+                            const S& noise) {
     using std::abs;
-    constexpr std::size_t a = nearest_to<Times>(1.0 / 3), b = nearest_to<Times>(2.0 / 3),
-                          n = Times::n;
-    constexpr S ta = Times::theta(a), tb = Times::theta(b);
+    const std::size_t a = times.near_third, b = times.near_two_thirds, n = times.n;
+    const S ta = times.theta[a], tb = times.theta[b];
     // divided differences at 0, ta, tb, 1
     const S f1 = (v(a) - start) / ta, f2 = (v(b) - v(a)) / (tb - ta),
             f3 = (v(n) - v(b)) / (S(1) - tb);
@@ -143,7 +178,7 @@ FILIPPOV_COLD Fit<S> fit_of(const S& start, const Value& v, const S& noise) {
     Fit<S> fit;
     S low = start, high = start;
     for (std::size_t k = 1; k <= n; ++k) {
-        const S u = Times::theta(k), value = v(k);
+        const S u = times.theta[k], value = v(k);
         low = std::min(low, value);
         high = std::max(high, value);
         if (k == n || u == S(1))
@@ -175,7 +210,9 @@ template <class S> struct Range {
 };
 
 /// What a step shows of one guard. Values are oriented: positive before the event.
-template <class S, std::size_t Capacity> struct Trace {
+template <class S> struct Trace {
+    using Times = ProbeTimes<S>;
+
     S sense = S(0);  ///< sign of the guard before its event, 0 if not known yet
     S start = S(0);  ///< value at the start of the step
     int order = 0;   ///< order of a root at the start, to be divided out; 0: none
@@ -184,9 +221,11 @@ template <class S, std::size_t Capacity> struct Trace {
     bool watched = true;
     bool descended = false; ///< into its touch band in an earlier step, and has not left it yet
     // (not cleared: a run that lasts a few steps has no time for it)
-    std::array<S, Capacity> probe; ///< probe[k]: value at Times::theta(k)
+    std::array<S, Times::most + 1> probe; ///< probe[k]: value at Times::theta[k]
     /// sample[k]: value on the path at SampleTimes::theta(k), of a guard with a pace of its own
     std::array<S, SampleTimes<S>::n + 1> sample;
+    Range<S> seen{};       ///< start and probes of the step
+    S sum = S(0);          ///< of the probes: minimum and maximum pass over NaN, this does not
     Fit<S> fit{};          ///< of probes or samples of the step, of such a guard
     bool sampled = false;  ///< in this step
     bool own_pace = false; ///< in this step no error estimate of the field resolves it
@@ -207,27 +246,32 @@ template <class S, std::size_t Capacity> struct Trace {
     }
 
     /// The range over a step, start and probes.
-    template <class Times> FILIPPOV_INLINE Range<S> range() const {
+    FILIPPOV_INLINE Range<S> range(const Times& times) const {
         Range<S> r{start, start};
-        for (std::size_t k = 1; k <= Times::n; ++k)
+        for (std::size_t k = 1; k <= times.n; ++k)
             r.include(probe[k]);
         return r;
     }
     /// The range over a step without the root at the start. The first stages of a method are too
     /// crude to tell more than a slope: a double root is judged by the later ones.
-    template <class Times> FILIPPOV_COLD Range<S> divided_range() const {
+    FILIPPOV_COLD Range<S> divided_range(const Times& times) const {
         Range<S> r;
-        for (std::size_t k = 1; k <= Times::n; ++k)
-            if (order == 1 || Times::theta(k) >= S(0.25))
-                r.include(divided(probe[k], Times::theta(k)));
+        for (std::size_t k = 1; k <= times.n; ++k)
+            if (order == 1 || times.theta[k] >= S(0.25))
+                r.include(divided(probe[k], times.theta[k]));
         return r;
     }
-    /// Minimum and maximum pass over NaN; the sum does not.
-    template <class Times> FILIPPOV_INLINE S sum() const {
+    /// Looks at the probes of a step that is tried. (Called by what knows their number when it is
+    /// compiled.)
+    FILIPPOV_INLINE void see(const Times& times) {
+        Range<S> r{start, start};
         S total(0);
-        for (std::size_t k = 1; k <= Times::n; ++k)
+        for (std::size_t k = 1; k <= times.n; ++k) {
+            r.include(probe[k]);
             total += probe[k];
-        return total;
+        }
+        seen = r;
+        sum = total;
     }
 
     /// True unless the probes show that the guard stays clear of zero.
@@ -236,23 +280,24 @@ template <class S, std::size_t Capacity> struct Trace {
     /// spread of the probes at most, and 0.01 if they rise or fall all the way; between equidistant
     /// probes an eighth of the largest second difference, which is doubled here, since they may not
     /// show it, where they follow a cubic, else twice the spread.
-    template <class Times> FILIPPOV_INLINE bool doubtful() const {
+    FILIPPOV_INLINE bool doubtful(const Times& times) const {
         if (sense == S(0))
             return true;
-        const Range<S> r = order > 0 ? divided_range<Times>() : range<Times>();
-        if (Times::equidistant)
-            return follows_cubic<Times>(r) ? !(r.low > S(0.25) * bend<Times>())
+        const Range<S> r = order > 0 ? divided_range(times) : seen;
+        if (times.equidistant)
+            return follows_cubic(times, r) ? !(r.low > S(0.25) * bend(times))
                                            : !(r.low > S(2) * r.spread());
         return !(r.low > S(0.3) * r.spread()) &&
-               !(r.low > S(0.03) * r.spread() && order == 0 && turns<Times>() == 0);
+               !(r.low > S(0.03) * r.spread() && order == 0 && turns(times) == 0);
     }
 
     /// How often the values turn from rising to falling or back.
-    template <class Times> FILIPPOV_COLD int turns() const {
+    FILIPPOV_COLD int turns(const Times& times) const {
         S previous = start, last_rise(0);
         int n = 0;
-        for (const std::size_t k : Times::in_time) {
-            if (k != Times::n && Times::theta(k) == S(1))
+        for (std::size_t i = 0; i < times.n; ++i) {
+            const std::size_t k = times.in_time[i];
+            if (k != times.n && times.theta[k] == S(1))
                 continue; // an earlier, cruder stage at the end
             const S rise = probe[k] - previous;
             if (rise == S(0))
@@ -268,17 +313,17 @@ template <class S, std::size_t Capacity> struct Trace {
     /// risen before, perhaps, but clear of it): then the root lies between it and the one before. 0
     /// if that is not so plain, or the probes are stages, whose values are not those of the
     /// solution.
-    template <class Times> std::size_t falls_through() const {
-        if (order > 0 || !follows_cubic<Times>(range<Times>()))
+    std::size_t falls_through(const Times& times) const {
+        if (order > 0 || !follows_cubic(times, range(times)))
             return 0;
-        const S clear = S(0.25) * bend<Times>();
+        const S clear = S(0.25) * bend(times);
         S previous = start;
         bool falls = false;
-        for (std::size_t k = 1; k <= Times::n; ++k) {
+        for (std::size_t k = 1; k <= times.n; ++k) {
             if (falls && !(probe[k] < previous))
                 return 0;
             if (!(probe[k] > S(0)))
-                return falls_once<Times>(k) ? k : 0;
+                return falls_once(times, k) ? k : 0;
             if (!(previous > clear)) // a dip may be hidden before or behind it
                 return 0;
             falls = probe[k] < previous;
@@ -289,10 +334,10 @@ template <class S, std::size_t Capacity> struct Trace {
 
     /// True if the cubic through the probes has one root between probe k and the one before: it has
     /// more only where it bends back in between, and is flat.
-    template <class Times> bool falls_once(std::size_t k) const {
+    bool falls_once(const Times& times, std::size_t k) const {
         const auto at = [&](std::size_t i) { return i == 0 ? start : probe[i]; };
         const auto second = [&](std::size_t i) { return at(i - 1) - S(2) * at(i) + at(i + 1); };
-        constexpr std::size_t n = Times::n;
+        const std::size_t n = times.n;
         const S before = k > 1 ? second(k - 1) : S(2) * second(1) - second(2),
                 after = k < n ? second(k) : S(2) * second(n - 1) - second(n - 2);
         const S bends = std::max(before, -before) + std::max(after, -after);
@@ -301,10 +346,10 @@ template <class S, std::size_t Capacity> struct Trace {
 
     /// When the guard will be zero, in units of the step from its end, if it goes on as the
     /// parabola through its start, a probe and its end; infinite if it will not.
-    template <class Times> FILIPPOV_INLINE S next_zero() const {
-        constexpr std::size_t m = Times::n * 2 / 3;
-        constexpr S theta = Times::theta(m);
-        const S end = probe[Times::n];
+    FILIPPOV_INLINE S next_zero(const Times& times) const {
+        const std::size_t m = times.n * 2 / 3;
+        const S theta = times.theta[m];
+        const S end = probe[times.n];
         // value / end = 1 + slope u + bend u^2, u = theta - 1
         const S rise = (S(1) - probe[m] / end) / (S(1) - theta);
         const S bend = rise - (probe[m] - start) / (end * theta);
@@ -319,20 +364,20 @@ template <class S, std::size_t Capacity> struct Trace {
 
 private:
     /// The largest second difference of equidistant values.
-    template <class Times> S bend() const {
+    S bend(const Times& times) const {
         using std::abs;
         S largest = abs(start - S(2) * probe[1] + probe[2]);
-        for (std::size_t k = 1; k + 2 <= Times::n; ++k)
+        for (std::size_t k = 1; k + 2 <= times.n; ++k)
             largest = std::max(largest, abs(probe[k] - S(2) * probe[k + 1] + probe[k + 2]));
         return largest;
     }
     /// True if equidistant probes follow a cubic: their fourth differences, 0.08 of the amplitude
     /// for half a swing and up to 16 of it for many, are small.
-    template <class Times> bool follows_cubic(const Range<S>& r) const {
-        if constexpr (!Times::equidistant)
+    bool follows_cubic(const Times& times, const Range<S>& r) const {
+        if (!times.equidistant)
             return false;
         S largest(0);
-        for (std::size_t k = 1; k + 4 <= Times::n; ++k) {
+        for (std::size_t k = 1; k + 4 <= times.n; ++k) {
             const S difference = probe[k] - S(4) * probe[k + 1] + S(6) * probe[k + 2] -
                                  S(4) * probe[k + 3] + probe[k + 4];
             largest = std::max({largest, difference, -difference});

@@ -66,8 +66,7 @@ public:
         if (found_.touch)
             return true;
         if (found_.guard >= Guard<M>::first_section || ends_slide())
-            return guards_.template is_zero<Path>(found_.guard,
-                                                  guards_.guard_value(found_.guard, t, path.x1));
+            return guards_.is_zero(found_.guard, guards_.guard_value(found_.guard, t, path.x1));
         if (!meets_surface())
             return true;
         if (found_.jumps) // (at a pole the band is as large as h)

@@ -28,10 +28,9 @@ template <class S> struct Found {
     bool jumps = false;   ///< the guard changes sign there without being zero: a jump, or a pole
 };
 
-/// The guards of a run, those of its user's sections among them. What refers to a step has its path
-/// as argument or parameter: `Path::Times` says where the step was probed, `Path::slides` in which
-/// field.
-template <class Sys, class S, class Tableau, class Sec> class Watch {
+/// The guards of a run, those of its user's sections among them. What asks for more of a step than
+/// was probed has its path as an argument.
+template <class Sys, class S, class Sec> class Watch {
 public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
@@ -41,6 +40,9 @@ public:
     /// @param place  of the run, which must outlive this
     Watch(const Place<Sys, S>& place, const Sec& sections)
         : at_(place), sections_(sections), declared_linear_(has_linear_h(place.sys)) {}
+
+    /// Where the steps from here on are probed.
+    void probe_at(const ProbeTimes<S>& times) { times_ = &times; }
 
     // --- where guards start --------------------------------------------------------------------
 
@@ -129,13 +131,12 @@ public:
     }
 
     /// A step was taken: the next one starts where it ended, or still on its root.
-    template <class Path> FILIPPOV_INLINE void go_on() {
+    FILIPPOV_INLINE void go_on() {
         for (const int g : active_guards()) {
-            const bool on_root =
-                trace(g).order > 0 && (says_nothing<Path>(g) || is_below_zero<Path>(g));
+            const bool on_root = trace(g).order > 0 && (says_nothing(g) || is_below_zero(g));
             if (on_root) [[unlikely]]
                 continue; // still
-            trace(g).start = trace(g).probe[Path::Times::n];
+            trace(g).start = end_value(g);
             trace(g).order = 0;
         }
     }
@@ -181,11 +182,19 @@ public:
                 probe(g, k, raw_guard(g, t, x));
             }
     }
-    /// What was probed of every h off its surface, added to `total`: finite only if all of it is.
-    template <class Times> FILIPPOV_INLINE S with_probes_of_h(S total) const {
+    /// Looks at what was probed of a step that is tried. Returns the sum of all that was probed of
+    /// every h off its surface: finite only if all of it is.
+    FILIPPOV_INLINE S see(const ProbeTimes<S>& times) {
+        S total(0);
         for (int j = 0; j < M; ++j)
-            if (at_.mode[j] != 0)
-                total += trace(Guard<M>::below(j)).template sum<Times>();
+            if (at_.mode[j] != 0) {
+                trace(Guard<M>::below(j)).see(times);
+                total += trace(Guard<M>::below(j)).sum;
+            }
+        if (slides_ || Sec::capacity > 0)
+            for (const int g : active_guards())
+                if (!off_surface(g))
+                    trace(g).see(times);
         return total;
     }
 
@@ -204,9 +213,9 @@ public:
         if (any_pace_) [[unlikely]]
             see_pace(path, unjudged, elapsed);
     }
-    template <class Path> FILIPPOV_INLINE bool any_doubt() const {
+    FILIPPOV_INLINE bool any_doubt() const {
         for (const int g : active_guards())
-            if (doubtful<Path>(g))
+            if (doubtful(g))
                 return true;
         return false;
     }
@@ -243,12 +252,12 @@ public:
     }
     /// When the first surface will be met, in units of the step from its end, that a parabola
     /// through h over the step foresees.
-    template <class Path> FILIPPOV_INLINE S next_contact() const {
+    FILIPPOV_INLINE S next_contact() const {
         S nearest = std::numeric_limits<S>::infinity();
         for (int j = 0; j < M; ++j) {
             const GuardTrace& w = trace(Guard<M>::below(j));
             if (at_.mode[j] != 0 && w.watched && w.order == 0)
-                nearest = std::min(nearest, w.template next_zero<typename Path::Times>());
+                nearest = std::min(nearest, w.next_zero(*times_));
         }
         return nearest;
     }
@@ -263,7 +272,7 @@ public:
         for (const int g : active_guards()) {
             if ((missed >> g & 1u) != 0)
                 continue;
-            if ((at_.settings.skip_root_search && !doubtful<Path>(g)) || says_nothing<Path>(g))
+            if ((at_.settings.skip_root_search && !doubtful(g)) || says_nothing(g))
                 continue;
             const auto raw = [&](const S& theta) {
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
@@ -288,8 +297,8 @@ public:
             if (found.blurred)
                 return found;
             if (found.guard >= 0 && !found.touch && trace(g).own_pace && !looks_linear(g) &&
-                !falls_smoothly<Path>(g, raw, found.theta)) {
-                found.theta = first_of_several<Path>(g, raw, found.theta);
+                !falls_smoothly(g, raw, found.theta)) {
+                found.theta = first_of_several(g, raw, found.theta);
                 found.jumps = changes_without_zero(g, raw, found.theta);
             }
             if (found.theta < first.theta)
@@ -303,9 +312,9 @@ public:
 
     /// True if in a step of a slide L1 - L2 of surface j falls below half of its start, or of what
     /// it was `before`.
-    template <class Path> FILIPPOV_INLINE bool loses_transversality(int j, const S& before) const {
+    FILIPPOV_INLINE bool loses_transversality(int j, const S& before) const {
         const GuardTrace& w = trace(Guard<M>::transversal(j));
-        return !(w.template range<typename Path::Times>().low > S(0.5) * std::max(w.start, before));
+        return !(w.seen.low > S(0.5) * std::max(w.start, before));
     }
     /// L1 - L2 of surface j, slid on, where a step starts.
     S transversality(int j) const { return trace(Guard<M>::transversal(j)).start; }
@@ -328,15 +337,15 @@ public:
             const GuardTrace& w = trace(g);
             if (w.sense == S(0) || w.offset < S(0) || ends_same_slide(g, guard))
                 continue;
-            if (guard_value(g, t, path.x1) < -(touch_band(g, true) + part * size_of<Path>(g)))
+            if (guard_value(g, t, path.x1) < -(touch_band(g, true) + part * size_of(g)))
                 return true;
         }
         return false;
     }
 
     /// True of a value of guard g that is zero beside what g was in a step.
-    template <class Path> FILIPPOV_COLD bool is_zero(int g, const S& value) const {
-        return abs_(value) <= S(1e-6) * size_of<Path>(g);
+    FILIPPOV_COLD bool is_zero(int g, const S& value) const {
+        return abs_(value) <= S(1e-6) * size_of(g);
     }
     /// The guard of an end by s at which a slide is over at (t, x), -1: none.
     FILIPPOV_COLD int ended_slide(const S& t, const X& x) const {
@@ -367,7 +376,7 @@ public:
             };
             if (!(numerator(S(1)) < S(0)))
                 continue;
-            const auto value = without_root<Path>(g, numerator);
+            const auto value = without_root(g, numerator);
             const S start = value(S(0));
             S u(2);
             if (start > S(0) && first_contact(value, start, S(0), u) == Contact::root &&
@@ -384,8 +393,8 @@ public:
             const GuardTrace& w = trace(g);
             if (w.order > 0 || w.sense == S(0))
                 continue;
-            const S size = size_of<Path>(g);
-            if (!is_zero<Path>(g, w.probe[Path::Times::n]))
+            const S size = size_of(g);
+            if (!is_zero(g, w.probe[times_->n]))
                 continue;
             const S t = at_.clock.local + path.dt, value = guard_value(g, t, path.x1);
             S band = g < Guard<M>::first_section ? touch_band(g, true)
@@ -407,20 +416,22 @@ private:
         bool seen = false;  ///< these are its
         bool linear = true; ///< these are the same everywhere, as far as was seen
     };
-    using GuardTrace = Trace<S, std::max<std::size_t>(Tableau::stages + Tableau::extra_stages,
-                                                      SampleTimes<S>::n + 1)>;
+    using GuardTrace = Trace<S>;
+    static constexpr const ProbeTimes<S>& sample_times = probe_times<SampleTimes<S>, S>;
 
     static std::size_t idx(int g) { return static_cast<std::size_t>(g); }
     FILIPPOV_INLINE GuardTrace& trace(int g) { return traces_[idx(g)]; }
     FILIPPOV_INLINE const GuardTrace& trace(int g) const { return traces_[idx(g)]; }
+    /// The value of guard g at the end of the step.
+    S end_value(int g) const { return trace(g).probe[times_->n]; }
     static S abs_(const S& v) {
         using std::abs;
         return abs(v);
     }
 
     /// The largest value of guard g at the start of a step and its probes.
-    template <class Path> S size_of(int g) const {
-        const Range<S> r = trace(g).template range<typename Path::Times>();
+    S size_of(int g) const {
+        const Range<S> r = trace(g).range(*times_);
         return std::max(abs_(r.low), abs_(r.high));
     }
     /// True of what ends a slide.
@@ -441,6 +452,7 @@ private:
         return at_.mode[g / 3] == 0 || g % 3 == 0;
     }
     void list_active() {
+        slides_ = at_.mode.sliding() > 0;
         n_active_ = 0;
         for (int g = 0; g < n_guards; ++g)
             if (active(g))
@@ -468,16 +480,15 @@ private:
     }
 
     /// True unless the step shows that guard g stays clear of zero.
-    template <class Path> FILIPPOV_INLINE bool doubtful(int g) const {
-        using Times = typename Path::Times;
+    FILIPPOV_INLINE bool doubtful(int g) const {
         const GuardTrace& w = trace(g);
-        const bool of_h = g < Guard<M>::first_section && !Path::slides;
+        const bool of_h = g < Guard<M>::first_section && !slides_;
         // Off the surfaces a step with a NaN was rejected before.
-        if (!of_h && !(w.template sum<Times>() < std::numeric_limits<S>::infinity()))
+        if (!of_h && !(w.sum < std::numeric_limits<S>::infinity()))
             return true;
         // (what comes down to a thirtieth of its spread may be within its touch band there)
         return w.own_pace ? !(w.fit.clear() && w.fit.floor > S(0.03) * w.fit.spread)
-                          : w.template doubtful<Times>();
+                          : w.doubtful(*times_);
     }
 
     // --- guards with a pace of their own -------------------------------------------------------
@@ -520,12 +531,12 @@ private:
     template <class Path> bool is_straight(int g, const Path& path) const {
         const Surface& surface = surfaces_[idx(g / 3)];
         const GuardTrace& w = trace(g);
-        S linear = surface.rate * path.dt, size = abs_(w.start) + abs_(w.probe[Path::Times::n]);
+        S linear = surface.rate * path.dt, size = abs_(w.start) + abs_(w.probe[times_->n]);
         for (int i = 0; i < N; ++i) {
             linear += surface.gradient[i] * (path.x1[i] - at_.x[i]);
             size += abs_(surface.gradient[i] * path.x1[i]);
         }
-        const S change = w.probe[Path::Times::n] - w.start;
+        const S change = w.probe[times_->n] - w.start;
         return abs_(change - w.sense * linear) <= S(1e-8) * size;
     }
     /// Which h are linear: their gradients stay the same. (At some places others may seem to be.)
@@ -550,24 +561,22 @@ private:
     }
 
     template <class Path> FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
-        using Times = typename Path::Times;
         bool more = is_long(path, elapsed);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
             w.sampled = false;
             if (!w.own_pace || w.sense == S(0))
                 continue;
-            w.fit = fit_of<Times>(w.start, [&](std::size_t k) { return w.probe[k]; }, noise(g));
+            w.fit = fit_of(*times_, w.start, [&](std::size_t k) { return w.probe[k]; }, noise(g));
             // (what swings at the beat of equidistant probes looks still at them)
-            more = more || Times::equidistant || !(w.fit.clear() || w.fit.resolved());
+            more = more || times_->equidistant || !(w.fit.clear() || w.fit.resolved());
         }
         if (more)
             take_samples(path);
     }
     /// True if a sixteenth of the time since the mode began fits between probes.
-    template <class Path> static bool is_long(const Path& path, const S& elapsed) {
-        return !Path::exact_probes &&
-               abs_(path.dt) * widest_gap<typename Path::Times> > elapsed * S(0.0625);
+    template <class Path> bool is_long(const Path& path, const S& elapsed) const {
+        return !Path::exact_probes && abs_(path.dt) * times_->widest_gap > elapsed * S(0.0625);
     }
     template <class Path> FILIPPOV_COLD void take_samples(Path& path) {
         sample(path);
@@ -575,20 +584,10 @@ private:
             GuardTrace& w = trace(g);
             w.sampled = w.own_pace && w.sense != S(0);
             if (w.sampled)
-                w.fit = fit_of<SampleTimes<S>>(
-                    w.start, [&](std::size_t k) { return w.sample[k]; }, noise(g));
+                w.fit = fit_of(
+                    sample_times, w.start, [&](std::size_t k) { return w.sample[k]; }, noise(g));
         }
     }
-    /// The widest gap between probes, in units of the step.
-    template <class Times>
-    static constexpr S widest_gap = [] {
-        S widest(0), before(0);
-        for (const std::size_t k : Times::in_time) {
-            widest = std::max(widest, S(Times::theta(k) - before));
-            before = Times::theta(k);
-        }
-        return widest;
-    }();
     /// Samples guards with a pace of their own along a step.
     template <class Path> void sample(Path& path) {
         using Times = SampleTimes<S>;
@@ -600,10 +599,10 @@ private:
             }
             const S t = at_.clock.local + Times::theta(k) * path.dt;
             const X x = k < Times::n ? path(Times::theta(k)) : path.x1;
-            if constexpr (Path::slides && single_v<Sys>)
+            if (slides_ && single_v<Sys>)
                 sample_slide(k, sliding_margin(at_.sys, at_.mode, t, x, at_.p));
             for (const int g : active_guards())
-                if (trace(g).own_pace && !(Path::slides && single_v<Sys> && of_slide(g)))
+                if (trace(g).own_pace && !(slides_ && single_v<Sys> && of_slide(g)))
                     trace(g).sample[k] = guard_value(g, t, x);
         }
     }
@@ -631,7 +630,8 @@ private:
                 const S theta = part * WindowTimes<S>::theta(k);
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
             };
-            const Fit<S> fit = fit_of<WindowTimes<S>>(trace(g).start, value, noise(g));
+            const Fit<S> fit =
+                fit_of(probe_times<WindowTimes<S>, S>, trace(g).start, value, noise(g));
             return fit.off == S(0) ? S(0) : fit.off / fit.spread;
         };
         const S off = off_in(S(1));
@@ -672,31 +672,31 @@ private:
     /// True of a guard that starts on a root and has not left it by more than rounding in a step:
     /// that step is too short to tell. (From a higher root the step's end alone shows it: the
     /// stages' errors are larger than the guard.)
-    template <class Path> bool says_nothing(int g) const {
+    bool says_nothing(int g) const {
         const GuardTrace& w = trace(g);
         if (g >= Guard<M>::first_section || w.order == 0 || w.sense == S(0))
             return false;
         const S band = touch_band(g, true);
         if (w.order > 1)
-            return abs_(w.probe[Path::Times::n]) <= band;
-        const Range<S> r = w.template range<typename Path::Times>();
+            return abs_(w.probe[times_->n]) <= band;
+        const Range<S> r = w.range(*times_);
         return r.high <= band && r.low >= -band;
     }
 
     /// True of a guard that has touched zero a little beyond it, within the tolerance, and has not
     /// come back yet: it is measured from that touch.
-    template <class Path> bool is_below_zero(int g) const {
+    bool is_below_zero(int g) const {
         const GuardTrace& w = trace(g);
-        return w.offset < S(0) && !(w.probe[Path::Times::n] > S(0));
+        return w.offset < S(0) && !(w.probe[times_->n] > S(0));
     }
 
     /// How near to a root at the start of a step nothing can be told from its quotient. How soon a
     /// guard leaves a higher root is asked of the guard itself: the first stages may say too soon;
     /// and so may the guard, where a slide's end was not met to the last digit.
-    template <class Path, class Raw> S root_sliver(int g, const Raw& raw) const {
+    template <class Raw> S root_sliver(int g, const Raw& raw) const {
         using std::pow;
         using std::sqrt;
-        const Range<S> r = trace(g).template range<typename Path::Times>();
+        const Range<S> r = trace(g).range(*times_);
         const S rounding = S(4) * touch_band(g, true), size = std::max(r.high, -r.low);
         const S lost = rounding / size, nothing = std::max(rounding, S(1e-8) * size);
         const int order = trace(g).order;
@@ -714,7 +714,7 @@ private:
         const S early = raw(S(1e-3)), late = raw(S(1));
         if (early < S(0) || (early == S(0) && late < S(0)))
             trace(g).sense = S(-1);
-        trace(g).probe[Path::Times::n] = guard_value(g, S(at_.clock.local + path.dt), path.x1);
+        trace(g).probe[times_->n] = guard_value(g, S(at_.clock.local + path.dt), path.x1);
     }
 
     /// Where guard g leaves its root at the start by more than rounding, if it has not before a
@@ -733,14 +733,14 @@ private:
     /// The first root or touch of guard g, `raw` along the path.
     template <class Path, class Raw>
     Found<S> event_of(int g, Path& path, const Raw& raw, bool patient) {
-        using Times = typename Path::Times;
+        const ProbeTimes<S>& times = *times_;
         GuardTrace& w = trace(g);
-        if (const std::size_t k = w.own_pace ? 0 : w.template falls_through<Times>())
+        if (const std::size_t k = w.own_pace ? 0 : w.falls_through(times))
             return {g,
-                    bracketed_root<S>(raw, Times::theta(k - 1), k > 1 ? w.probe[k - 1] : w.start,
-                                      Times::theta(k), w.probe[k]),
+                    bracketed_root<S>(raw, times.theta[k - 1], k > 1 ? w.probe[k - 1] : w.start,
+                                      times.theta[k], w.probe[k]),
                     false};
-        const auto value = without_root<Path>(g, raw);
+        const auto value = without_root(g, raw);
         S g0 = w.order == 0 ? w.start : value(S(0));
         if (!(g0 > S(0)))
             g0 = std::numeric_limits<S>::min();
@@ -756,7 +756,7 @@ private:
             return {.guard = g, .blurred = true};
         if (!outside && band > S(0)) {
             S touch = contact == Contact::none ? S(1) : theta;
-            if (touch_after_leaving<Path>(g, raw, band, touch)) {
+            if (touch_after_leaving(g, raw, band, touch)) {
                 contact = Contact::touch;
                 theta = touch;
             }
@@ -768,7 +768,7 @@ private:
             first_minimum(raw, S(w.start - touch_band(g, true)), theta))
             contact = Contact::touch;
         w.descended =
-            outside && contact == Contact::none && w.probe[Times::n] <= band && band > S(0);
+            outside && contact == Contact::none && w.probe[times_->n] <= band && band > S(0);
         return contact == Contact::none ? Found<S>{}
                                         : Found<S>{g, theta, contact == Contact::touch};
     }
@@ -807,8 +807,8 @@ private:
     /// True if guard g follows a cubic on its way to a root at theta, with no other root: up close,
     /// and closer. (A swing that makes three roots of one falls no less than g does in the
     /// meantime.)
-    template <class Path, class Raw> bool falls_smoothly(int g, const Raw& raw, S theta) const {
-        const auto value = without_root<Path>(g, raw);
+    template <class Raw> bool falls_smoothly(int g, const Raw& raw, S theta) const {
+        const auto value = without_root(g, raw);
         for (const S part : {S(1) / S(16), S(1) / S(256)}) {
             const S from = theta - part * theta, start = value(from);
             const detail::Piece<S> piece(value, from, theta, start, S(0));
@@ -824,8 +824,8 @@ private:
     /// step may go on for many swings of it, small beside how deep that is: the root is looked for
     /// again, as if the step ended there, and in ever shorter windows before it. (A swing that
     /// makes three roots of one is no smaller than what h falls in the meantime.)
-    template <class Path, class Raw> S first_of_several(int g, const Raw& raw, S theta) const {
-        const auto value = without_root<Path>(g, raw);
+    template <class Raw> S first_of_several(int g, const Raw& raw, S theta) const {
+        const auto value = without_root(g, raw);
         const S least = std::numeric_limits<S>::min(), rounding = S(4) * touch_band(g, true);
         const S depth = rounding + touch_band(g, false); // of what is no error of the path
         const S start = std::max(trace(g).order == 0 ? trace(g).start : value(S(0)), least);
@@ -872,9 +872,9 @@ private:
     /// Guard g along a step with the root at its start divided out. Within the sliver the quotient
     /// is rounding (for a double root, error of the interpolant): its value there is the one at the
     /// sliver's end.
-    template <class Path, class Raw> auto without_root(int g, const Raw& raw) const {
+    template <class Raw> auto without_root(int g, const Raw& raw) const {
         const GuardTrace& w = trace(g);
-        const S sliver = w.order == 0 ? S(0) : root_sliver<Path>(g, raw);
+        const S sliver = w.order == 0 ? S(0) : root_sliver(g, raw);
         return [&w, &raw, sliver](const S& theta) {
             if (w.order == 0)
                 return raw(theta);
@@ -886,10 +886,9 @@ private:
 
     /// The first touch of a guard that starts within its touch band, or on a root, after it has
     /// left the band and before theta.
-    template <class Path, class Raw>
+    template <class Raw>
     bool touch_after_leaving(int g, const Raw& raw, const S& band, S& theta) const {
-        using Times = typename Path::Times;
-        if (!trace(g).own_pace && trace(g).template turns<Times>() == 0)
+        if (!trace(g).own_pace && trace(g).turns(*times_) == 0)
             return false; // it leaves, and that is all
         S from = S(1e-3), g0 = S(0);
         while (from < theta && !((g0 = raw(from)) > S(2) * band))
@@ -929,6 +928,8 @@ private:
     std::array<Surface, std::size_t(M)> surfaces_{};
     std::array<int, n_guards> active_{}; ///< those that the mode has and somebody watches
     int n_active_ = 0;
+    bool slides_ = false; ///< the mode does
+    const ProbeTimes<S>* times_ = &probe_times<WindowTimes<S>, S>;
     bool any_pace_ = false; ///< some of them may keep a pace of their own
 };
 

@@ -35,28 +35,29 @@ template <class S> FILIPPOV_INLINE S exp2_of(const S& v) {
 ///
 ///   dt_next = dt * safety err^-exponent err_previous^memory, kept within [min_factor, max_factor]
 ///
-/// @tparam S  double, or lanes of them, each with its own control
+/// @tparam Method  a tableau, or MethodFacts: order, exponent, memory, min_factor, max_factor
+/// @tparam S       double, or lanes of them, each with its own control
 /// @source Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, (4.13) and IV.2 of
 ///         volume II; exponents in the tableau
-template <class Tableau, class S = double> class StepControl {
+template <class Method, class S = double> class StepControl {
 public:
-    S previous = S(smallest);           ///< log2 of the last accepted step's squared error
-    S largest = S(Tableau::max_factor); ///< factor: 1 right after a rejection
+    [[no_unique_address]] Method method{};
+    S previous = S(smallest);         ///< log2 of the last accepted step's squared error
+    S largest = S(method.max_factor); ///< factor: 1 right after a rejection
 
     /// Factor for the next step after one that is accepted, or for the next trial.
     template <class Mask> FILIPPOV_INLINE S factor(const S& squared_error, const Mask& accepted) {
         using std::max;
         using std::min;
         const S e = detail::log2_of(squared_error);
-        const S proportional =
-            select(accepted, S(-0.5 * Tableau::exponent), S(-0.5 / Tableau::order));
+        const S proportional = select(accepted, S(-0.5 * method.exponent), S(-0.5 / method.order));
         S exponent = proportional * e;
-        if constexpr (Tableau::memory > 0)
-            exponent = fused(select(accepted, S(0.5 * Tableau::memory), S(0)), previous, exponent);
+        if (method.memory > 0)
+            exponent = fused(select(accepted, S(0.5 * method.memory), S(0)), previous, exponent);
         const S most = select(accepted, largest, S(0.9));
         previous = select(accepted, max(e, S(smallest)), previous);
-        largest = select(accepted, S(Tableau::max_factor), S(1));
-        return min(max(S(safety) * detail::exp2_of(exponent), S(Tableau::min_factor)), most);
+        largest = select(accepted, S(method.max_factor), S(1));
+        return min(max(S(safety) * detail::exp2_of(exponent), S(method.min_factor)), most);
     }
     S after_accept(const S& squared_error) { return factor(squared_error, true); }
     S after_reject(const S& squared_error) { return factor(squared_error, false); }

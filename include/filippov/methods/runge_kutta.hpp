@@ -17,21 +17,23 @@ namespace filippov {
 template <class S, int N, int Terms> struct Interpolant {
     std::array<Vec<S, N>, Terms> c;
 
-    FILIPPOV_INLINE Vec<S, N> operator()(const S& theta) const {
+    FILIPPOV_INLINE Vec<S, N> operator()(const S& theta) const { return at(theta, Terms); }
+    /// The same by the first terms alone; at least one.
+    FILIPPOV_INLINE Vec<S, N> at(const S& theta, int terms) const {
         const S one_minus = S(1) - theta;
-        Vec<S, N> x = c[Terms - 1];
-        for (std::size_t m = Terms - 1; m-- > 0;) {
+        Vec<S, N> x = c[std::size_t(terms - 1)];
+        for (auto m = std::size_t(terms - 1); m-- > 0;) {
             const S& factor = m % 2 == 0 ? theta : one_minus;
             for (int i = 0; i < N; ++i)
                 x[i] = c[m][i] + factor * x[i];
         }
         return x;
     }
-    /// The derivative by theta.
-    Vec<S, N> slope(const S& theta) const {
+    /// The derivative by theta, by the first terms alone.
+    Vec<S, N> slope(const S& theta, int terms = Terms) const {
         const S one_minus = S(1) - theta;
-        Vec<S, N> x = c[Terms - 1], d = Vec<S, N>::Zero();
-        for (std::size_t m = Terms - 1; m-- > 0;) {
+        Vec<S, N> x = c[std::size_t(terms - 1)], d = Vec<S, N>::Zero();
+        for (auto m = std::size_t(terms - 1); m-- > 0;) {
             const S &factor = m % 2 == 0 ? theta : one_minus, sign(m % 2 == 0 ? 1 : -1);
             for (int i = 0; i < N; ++i) {
                 d[i] = sign * x[i] + factor * d[i];
@@ -93,17 +95,18 @@ public:
     FILIPPOV_INLINE void step(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1) {
         if constexpr (!is_plain<S>)
             return step_in_loops(rhs, t, x, dt, x1);
+        State newest = k[0]; // in registers: the next stage waits for it
         [&]<std::size_t... J>(std::index_sequence<J...>) FILIPPOV_LAMBDA_INLINE {
-            (stage<J + 1>(rhs, t, x, dt, x1), ...);
+            (stage<J + 1>(rhs, t, x, dt, x1, newest), ...);
         }(std::make_index_sequence<last>{});
     }
 
     /// The interpolant over the step just taken; x1 may have been moved onto a surface since.
     template <class Rhs>
     Polynomial interpolant(Rhs& rhs, const S& t, const State& x, const S& dt, const State& x1) {
-        State unused;
+        State unused, newest = k[last];
         [&]<std::size_t... J>(std::index_sequence<J...>) {
-            (stage<Tableau::stages + J>(rhs, t, x, dt, unused), ...);
+            (stage<Tableau::stages + J>(rhs, t, x, dt, unused, newest), ...);
         }(std::make_index_sequence<Tableau::extra_stages>{});
         Polynomial p;
         for (int i = 0; i < N; ++i) {
@@ -135,12 +138,7 @@ public:
 
     /// Finite only if every stage of the step is: a formula with a zero weight, or a field that
     /// maps infinity to something finite, must not hide a stage that left the domain.
-    FILIPPOV_INLINE State sum_of_stages() const {
-        State sum = k[1];
-        for (std::size_t j = 2; j <= last; ++j)
-            sum += k[j];
-        return sum;
-    }
+    FILIPPOV_INLINE const State& sum_of_stages() const { return sum_; }
 
 private:
     /// For scalars that are large themselves: one field call in the code, not one a stage.
@@ -168,16 +166,17 @@ private:
     }
 
     template <std::size_t J, class Rhs, class Step>
-    FILIPPOV_INLINE void stage(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1) {
+    FILIPPOV_INLINE void stage(Rhs& rhs, const S& t, const State& x, const Step& dt, State& x1,
+                               State& newest) {
         constexpr auto theta = static_cast<Real<S>>(Tableau::c[J]);
-        if constexpr (J == last) {
-            advance<J>(x, dt, x1);
-            k[J] = rhs(J, S(t + theta * dt), x1);
-        } else {
-            State xj;
-            advance<J>(x, dt, xj);
-            k[J] = rhs(J, S(t + theta * dt), xj);
-        }
+        State xj;
+        advance<J>(x, dt, newest, xj);
+        if constexpr (J == last)
+            x1 = xj;
+        newest = rhs(J, S(t + theta * dt), xj);
+        k[J] = newest;
+        if constexpr (J <= last)
+            sum_ = J == 1 ? newest : State(sum_ + newest);
     }
 
     template <std::size_t J> struct WeightsOf {
@@ -189,8 +188,9 @@ private:
     /// or two sums. At an inner stage x joins the early terms; in the result it is added last, for
     /// one rounding. In lanes, where the units are busy all the time, dt multiplies the sum.
     template <std::size_t J, class Step>
-    FILIPPOV_INLINE void advance(const State& x, const Step& dt, State& out) const {
-        constexpr long double newest = Tableau::a[J][J - 1];
+    FILIPPOV_INLINE void advance(const State& x, const Step& dt, const State& newest,
+                                 State& out) const {
+        constexpr long double last_weight = Tableau::a[J][J - 1];
         for (int i = 0; i < N; ++i) {
             if constexpr (is_wide<S>) {
                 S sum(0);
@@ -203,9 +203,9 @@ private:
                 [&]<std::size_t... I>(std::index_sequence<I...>) FILIPPOV_LAMBDA_INLINE {
                     (add_scaled<J, I>(dt, i, early), ...);
                 }(std::make_index_sequence<J - 1>{});
-                const S scaled = static_cast<Real<S>>(newest) * dt;
-                out[i] = J == last ? x[i] + fused(scaled, k[J - 1][i], early)
-                                   : fused(scaled, k[J - 1][i], S(x[i] + early));
+                const S scaled = static_cast<Real<S>>(last_weight) * dt;
+                out[i] = J == last ? x[i] + fused(scaled, newest[i], early)
+                                   : fused(scaled, newest[i], S(x[i] + early));
             }
         }
     }
@@ -235,6 +235,8 @@ private:
     template <class Row, std::size_t J> static constexpr long double row_value() {
         return Row{}(J);
     }
+
+    State sum_; ///< of the stages but the first
 };
 
 } // namespace filippov

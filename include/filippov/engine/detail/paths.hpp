@@ -2,7 +2,7 @@
 // The path of a step: by the method, in closed form, or straight.
 #pragma once
 
-#include <filippov/events/guards.hpp>
+#include <filippov/engine/detail/steps.hpp>
 #include <filippov/run/place.hpp>
 #include <filippov/run/report.hpp>
 
@@ -12,52 +12,58 @@
 namespace filippov {
 
 /// A step over [clock, clock + dt] by the method, its interpolant built when first asked for.
-/// @tparam Rhs  the field as the stages see it, see probed_field.hpp
-template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
+template <class Sys, class S, class Guards> struct TrialPath {
     static constexpr int N = dim_v<Sys>;
     using X = State<Sys, S>;
-    using Stepper = typename Tableau::template Stepper<S, N>;
-    using Times = StepTimes<Tableau, S, N>;
-    static constexpr bool slides = Rhs::slides;
+    static constexpr bool by_method = true;
     static constexpr bool exact_probes = false; ///< stages are crude
     static constexpr bool vouched = false;
 
     const Place<Sys, S>& at; ///< where the step starts
-    Rhs& rhs;
-    Stepper& rk;
+    Guards& guards;
+    Steps<Sys, S, Guards>& steps;
     Counters& counters;
+    bool slides;
     S dt;
     X x1;
-    S moved = S(0); ///< how far the end was nudged from that of the stages
+    Judged<S> judged; ///< as it was tried
+    S moved = S(0);   ///< how far the end was nudged from that of the stages
     bool built = false;
-    typename Stepper::Polynomial polynomial;
+    Interpolant<S, N, 8> polynomial;
+    int terms = 0; ///< of it
 
     /// Takes the step.
-    FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Rhs& field, Stepper& stepper,
-                              Counters& all, const S& step)
-        : at(place), rhs(field), rk(stepper), counters(all) {
-        take(step);
+    FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Guards& probed,
+                              Steps<Sys, S, Guards>& method, Counters& all, const S& step)
+        : at(place), guards(probed), steps(method), counters(all),
+          slides(place.mode.sliding() > 0) {
+        take(step, true);
     }
 
     /// Takes the step again, with another length, and puts its end on the surface.
     FILIPPOV_COLD void shorten(const S& step) {
-        take(step);
+        take(step, false);
         put_end_on_surface();
     }
     void put_end_on_surface() {
         x1 = on_surface(x1, S(at.clock.local + dt));
         built = false;
     }
-    /// Probes the guards along the interpolant.
+    /// Probes the guards along the interpolant, and judges the step.
     void probe() {
-        for (std::size_t k = 1; k <= Times::n; ++k) {
-            const S theta = Times::theta(k);
-            rhs.probe(k, S(at.clock.local + theta * dt), (*this)(theta));
-        }
+        const ProbeTimes<S>& times = steps.times();
+        build();
+        probed_field(at, guards, [&](auto&& rhs) {
+            for (std::size_t k = 1; k <= times.n; ++k) {
+                const S theta = times.theta[k], t = at.clock.local + theta * dt;
+                rhs.probe(k, t, on_surface(polynomial.at(theta, terms), t));
+            }
+        });
+        judged = steps.judge(at, guards, dt, x1);
     }
     X operator()(const S& theta) {
         build();
-        return on_surface(polynomial(theta), S(at.clock.local + theta * dt));
+        return on_surface(polynomial.at(theta, terms), S(at.clock.local + theta * dt));
     }
     /// What the middle of the step lacks of solving the equation, in units of the tolerance (that
     /// of its larger end). The field is called where no stage was, so that no chance hides an
@@ -66,23 +72,23 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
         interpolate(); // by the step's own stages
         built = false;
         const S half(0.5);
-        const X field = at.field(S(at.clock.local + half * dt), polynomial(half));
+        const X field = at.field(S(at.clock.local + half * dt), polynomial.at(half, terms));
         ++counters.field;
-        return at.norm(X(dt * field - polynomial.slope(half)), at.scale_of_step(x1, dt));
+        return at.norm(X(dt * field - polynomial.slope(half, terms)), at.scale_of_step(x1, dt));
     }
     /// Leaves what is needed to evaluate this step later.
     template <class Piece> void store(Piece& piece) {
         build();
-        for (std::size_t m = 0; m < polynomial.c.size(); ++m)
+        for (auto m = std::size_t(terms); m-- > 0;)
             piece.polynomial.c[m] = polynomial.c[m];
     }
     bool finite() const { return all_finite<S, N>(x1); }
-    const X& end_field() const { return rk.k[Stepper::last]; }
+    const X& end_field() const { return steps.end_field(); }
     /// Moves the end by a second-order Taylor step, x'' from the stages.
     void nudge(const S& delta) {
-        X& end = rk.k[Stepper::last];
+        X& end = steps.end_field();
         for (int i = 0; i < N; ++i) {
-            const S bend = dt != S(0) ? (end[i] - rk.k[0][i]) / dt : S(0);
+            const S bend = dt != S(0) ? (end[i] - steps.start_field()[i]) / dt : S(0);
             x1[i] += delta * (end[i] + delta / S(2) * bend);
             end[i] += delta * bend;
         }
@@ -94,7 +100,7 @@ template <class Tableau, class Sys, class S, class Rhs> struct TrialPath {
     S nudge_error(const S& delta) const {
         X bend;
         for (int i = 0; i < N; ++i)
-            bend[i] = (end_field()[i] - rk.k[0][i]) / dt;
+            bend[i] = (end_field()[i] - steps.start_field()[i]) / dt;
         return at.norm(bend) * delta * delta;
     }
 
@@ -106,48 +112,38 @@ private:
             follow_end();
         interpolate();
         ++counters.interpolants;
-        if constexpr (Tableau::extra_stages > 0)
-            if (at.norm(polynomial.c.back()) > most_of_last) [[unlikely]]
-                refit();
+        if (steps.facts().extra_field_calls > 0 &&
+            at.norm(polynomial.c[std::size_t(terms - 1)]) > most_of_last) [[unlikely]]
+            refit();
     }
     void interpolate() {
-        polynomial = rk.interpolant(rhs, at.clock.local, at.x, dt, x1);
-        counters.field += Tableau::extra_stages;
+        terms = steps.interpolate(at, guards, dt, x1, polynomial);
+        counters.field += steps.facts().extra_field_calls;
         built = true;
     }
     /// The last term of an interpolant of high order is a few tolerances. Where it is more, stages
     /// differ by what stability alone bounds: steps at its limit, whose ends are right, would be
     /// off by a thousand tolerances inside. Their interpolant goes through thirds of the step.
     FILIPPOV_COLD void refit() {
-        const auto field = [&](std::size_t, const S& t, const X& x) { return rhs.field(t, x); };
-        Stepper third;
-        X x = at.x, slope = rk.k[0];
-        std::array<X, 4> inside; // values and derivatives by theta at both
-        for (std::size_t j = 0; j < 2; ++j) {
-            const S t = at.clock.local + S(j) / S(3) * dt;
-            third.begin(slope);
-            third.step(field, t, x, S(dt / S(3)), inside[2 * j]);
-            x = inside[2 * j];
-            slope = third.k[Stepper::last];
-            inside[2 * j + 1] = dt * slope;
-        }
-        counters.field += 2 * (Tableau::stages - 1);
+        const std::array<X, 4> inside = steps.thirds(at, guards, dt);
+        counters.field += 2 * steps.facts().field_calls;
+        terms = 8;
         polynomial.pass_thirds(inside);
     }
-    FILIPPOV_INLINE void take(const S& step) {
-        rk.step(rhs, at.clock.local, at.x, step, x1);
-        counters.field += Tableau::stages - 1;
+    FILIPPOV_INLINE void take(const S& step, bool judge) {
+        judged = steps.take(at, guards, step, x1, judge);
+        counters.field += steps.facts().field_calls;
         dt = step;
         moved = S(0);
     }
     /// Takes the stages again where the end was nudged to. (An error of the second order in a
     /// nudge is nothing to the end of a step. To its inside those stages are off by the first.)
     FILIPPOV_COLD void follow_end() {
-        X& end = rk.k[Stepper::last];
-        if (!(at.norm(X(end - rk.k[0])) * abs_(moved) > S(0.01)))
+        X& end = steps.end_field();
+        if (!(at.norm(X(end - steps.start_field())) * abs_(moved) > S(0.01)))
             return;
         const X x = x1, slope = end;
-        take(dt);
+        take(dt, false);
         x1 = x;
         end = slope;
     }
@@ -157,7 +153,7 @@ private:
         return abs(v);
     }
     X on_surface(const X& x, const S& t) const {
-        if constexpr (Rhs::slides)
+        if (slides)
             return project(at.sys, at.held, t, x, at.p, at.scale);
         else
             return x;
@@ -168,7 +164,9 @@ private:
 template <class Sys, class S> struct ClosedFormPath {
     using X = State<Sys, S>;
     static constexpr bool vouched = HasSlideSwing<Sys, S>; ///< it is no longer than a swing of s
-    using Times = std::conditional_t<vouched, WindowTimes<S>, SampleTimes<S>>;
+    static constexpr const ProbeTimes<S>& times =
+        probe_times<std::conditional_t<vouched, WindowTimes<S>, SampleTimes<S>>, S>;
+    static constexpr bool by_method = false;
     static constexpr bool slides = true;
     static constexpr bool exact_probes = !vouched; ///< are samples of the path
 
@@ -181,8 +179,8 @@ template <class Sys, class S> struct ClosedFormPath {
     }
     /// Probes the guards along the window, up to its end.
     template <class Guards> void probe(Guards& guards) {
-        for (std::size_t k = 1; k <= Times::n; ++k) {
-            const S theta = Times::theta(k);
+        for (std::size_t k = 1; k <= times.n; ++k) {
+            const S theta = times.theta[k];
             const S t = at.clock.local + theta * dt;
             x1 = (*this)(theta);
             guards.probe_slide(k, sliding_margin(at.sys, at.mode, t, x1, at.p));

@@ -98,4 +98,19 @@ private:
     }
 };
 
+/// Calls use(rhs) with the field of the current mode.
+template <class Sys, class S, class Guards, class Use>
+FILIPPOV_INLINE void probed_field(const Place<Sys, S>& at, Guards& guards, Use use) {
+    if (at.mode.sliding() > 0)
+        return use(SlideField<Sys, S, Guards>{at, guards});
+    if constexpr (HasSides<Sys, S>) {
+        if (at.mode[0] < 0)
+            use(SideField<-1, Sys, S, Guards>{at, guards});
+        else
+            use(SideField<+1, Sys, S, Guards>{at, guards});
+    } else {
+        use(SideField<0, Sys, S, Guards>{at, guards});
+    }
+}
+
 } // namespace filippov

@@ -146,7 +146,7 @@ accept(const Run<Sys>& run, Group<Sys, W>& g, const RungeKutta<Tableau, Lanes<W>
     const LaneMask<W> sound = finite(total) & (error < infinity<W>());
     const LaneMask<W> accepted = sound & (error <= T(1));
 
-    StepControl<Tableau, T> control{g[last_error], g[largest]};
+    StepControl<Tableau, T> control{.previous = g[last_error], .largest = g[largest]};
     const T next = r.dt * control.factor(error, accepted);
     T proposed = select(accepted & (r.last | r.cut), max(next, g[proposal]), next);
     if (any(~sound))
