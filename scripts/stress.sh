@@ -49,8 +49,6 @@ bindings() {
     # alignment too: modules that are compiled for several instruction sets differ in that first
     flags="-fsanitize=address,undefined -fno-sanitize=null,object-size,pointer-overflow"
     flags+=" -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -D_GLIBCXX_ASSERTIONS"
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check \
-        "scikit-build-core>=0.10" "pybind11>=2.13"
     # beside the package in .venv, which stays as it is
     CC=gcc CXX=g++ .venv/bin/python -m pip install --quiet --disable-pip-version-check \
         --no-build-isolation --no-deps --upgrade --target "$folder/site" \

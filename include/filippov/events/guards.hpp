@@ -264,13 +264,10 @@ template <class S> struct Trace {
     /// Looks at the probes of a step that is tried. (Called by what knows their number when it is
     /// compiled.)
     FILIPPOV_INLINE void see(const Times& times) {
-        Range<S> r{start, start};
+        seen = range(times);
         S total(0);
-        for (std::size_t k = 1; k <= times.n; ++k) {
-            r.include(probe[k]);
+        for (std::size_t k = 1; k <= times.n; ++k)
             total += probe[k];
-        }
-        seen = r;
         sum = total;
     }
 
