@@ -76,8 +76,7 @@ template <class Tableau> Pass one_by_one(const Scene& scene, double tolerance) {
     const Run settings{.rtol = tolerance, .atol = tolerance};
     Pass pass;
     for (const X& x : scene.starts) {
-        Nothing nothing;
-        const auto r = flow<Tableau>(Sys{}, scene.p, x, 0.0, scene.t_end, settings, nothing);
+        const auto r = flow<Tableau>(Sys{}, scene.p, x, 0.0, scene.t_end, settings);
         pass.images.push_back(r.x);
         pass.ok = pass.ok && r.status == Status::ok;
         pass.done.steps += r.counters.steps + r.counters.rejected;
@@ -148,11 +147,12 @@ struct Reference {
 };
 
 struct CountEvents {
-    static constexpr bool wants_steps = false;
     int events = 0, exits = 0;
-    void on_event(const Event<double, 2, 1>& e) {
-        events += e.mode_before != e.mode_after && e.kind != EventKind::start;
-        exits += e.kind == EventKind::exit_sliding;
+    operator Observer<double, 2, 1>() {
+        return {.event = [this](const Event<double, 2, 1>& e) {
+            events += e.mode_before != e.mode_after && e.kind != EventKind::start;
+            exits += e.kind == EventKind::exit_sliding;
+        }};
     }
 };
 

@@ -49,10 +49,9 @@ template <class Sys> Problem<Sys> solved(Problem<Sys> problem) {
     Settings<R, N> settings;
     settings.rtol = 1e-17L;
     settings.atol = AbsoluteTolerance<R, N>(1e-17L);
-    Nothing nothing;
     const auto r = flow<DormandPrince8>(problem.sys, Params<Sys, R>(problem.p.template cast<R>()),
                                         Vec<R, N>(problem.x0.template cast<R>()), R(0),
-                                        R(problem.t_end), settings, nothing);
+                                        R(problem.t_end), settings);
     if (r.status != Status::ok)
         std::printf("%s has no reference: %s\n", problem.name.c_str(), r.message().c_str());
     problem.end = r.x.template cast<double>();
@@ -65,8 +64,7 @@ double run_error(const Problem<Sys>& q, const Run& sys, double tolerance) {
     settings.rtol = tolerance;
     settings.atol = AbsoluteTolerance<double, dim_v<Sys>>(tolerance);
     settings.max_steps = 1'000'000;
-    Nothing nothing;
-    const auto r = flow<Tableau>(sys, q.p, q.x0, 0.0, q.t_end, settings, nothing);
+    const auto r = flow<Tableau>(sys, q.p, q.x0, 0.0, q.t_end, settings);
     return q.error(r.status, r.x);
 }
 

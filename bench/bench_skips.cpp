@@ -18,18 +18,18 @@ using Sys = models::Oscillator;
 
 /// Looks at every step, and keeps nothing.
 struct StepsSeen {
-    static constexpr bool wants_steps = true;
     long long n = 0;
-    void on_event(const auto&) {}
-    void on_step(const auto&, auto&) { ++n; }
+    operator Observer<double, 2, 1>() {
+        return {.step = [this](const auto&, const auto&) { ++n; }};
+    }
 };
 
 /// Asks for the interpolant of every step.
 struct MiddleOfEveryStep {
-    static constexpr bool wants_steps = true;
     double sum = 0;
-    void on_event(const auto&) {}
-    void on_step(const auto&, auto& path) { sum += path(0.5)[0]; }
+    operator Observer<double, 2, 1>() {
+        return {.step = [this](const auto&, const auto& path) { sum += path(0.5)[0]; }};
+    }
 };
 
 /// The oscillator without what it says about itself: no closed forms, no gradient.
@@ -85,23 +85,18 @@ template <class Tableau> std::vector<Case> cases(double tolerance) {
             return flow<Tableau>(sys, p, x0, 0.0, t_end, settings, fresh).x;
         };
     };
-    return {{"nothing but the final state", with(Nothing{}, plain)},
+    return {{"nothing but the final state", with(Observer<double, 2, 1>{}, plain)},
             {"+ event log", with(EventLog<double, 2, 1>{}, plain)},
             {"+ a look at every step", with(StepsSeen{}, plain)},
             {"+ an interpolant in every step", with(MiddleOfEveryStep{}, plain)},
             {"+ everything stored, dense",
              [=] { return simulate<Tableau>(sys, p, x0, 0.0, t_end, plain).result.x; }},
-            {"+ a root search in every step", with(Nothing{}, always)},
-            {"+ slides integrated", with(Nothing{}, integrated)},
+            {"+ a root search in every step", with(Observer<double, 2, 1>{}, always)},
+            {"+ slides integrated", with(Observer<double, 2, 1>{}, integrated)},
             {"+ both fields in slip, blended",
-             [=] {
-                 Nothing nothing;
-                 return flow<Tableau>(ThroughBlend{}, p, x0, 0.0, t_end, plain, nothing).x;
-             }},
-            {"+ no closed forms, no gradient given", [=] {
-                 Nothing nothing;
-                 return flow<Tableau>(Bare{}, p, x0, 0.0, t_end, plain, nothing).x;
-             }}};
+             [=] { return flow<Tableau>(ThroughBlend{}, p, x0, 0.0, t_end, plain).x; }},
+            {"+ no closed forms, no gradient given",
+             [=] { return flow<Tableau>(Bare{}, p, x0, 0.0, t_end, plain).x; }}};
 }
 
 template <class Tableau>

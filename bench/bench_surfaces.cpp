@@ -51,8 +51,7 @@ template <int n> struct Chain {
         Settings<double, N> settings{.rtol = 1e-8, .atol = 1e-10};
         if (step > 0)
             settings.fixed_step = step;
-        Nothing nothing;
-        return flow<DormandPrince5>(sys, p, x0, 0.0, t_end, settings, nothing);
+        return flow<DormandPrince5>(sys, p, x0, 0.0, t_end, settings);
     }
 };
 

@@ -34,9 +34,7 @@ template <class Tableau> Row run(const char* method, double tolerance) {
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();
     const Settings<double, 2> settings{.rtol = tolerance, .atol = tolerance};
-    Nothing nothing;
-    const auto r =
-        flow<Tableau>(sys, p, Vec<double, 2>(0, 0), 0.0, 200 * sys.period(p), settings, nothing);
+    const auto r = flow<Tableau>(sys, p, Vec<double, 2>(0, 0), 0.0, 200 * sys.period(p), settings);
     const Counters& c = r.counters;
     return {method,  tolerance,       error_of(r.x[0], r.x[1]), c.steps,    c.rejected,
             c.field, c.root_searches, c.interpolants,           c.landings, c.events};

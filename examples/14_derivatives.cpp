@@ -27,14 +27,13 @@ int main() {
     for (int k = 0; k < int(q.size()); ++k)
         q[k] = k < 2 ? D::variable(p[k], 2 + k) : D(p[k]);
     const Vec<D, 2> x(D::variable(start[0], 0), D::variable(start[1], 1));
-    Listener<double, 2, 1> nothing;
-    const auto r = flow<DormandPrince8>(block, q, x, 0, t_end, settings, nothing);
+    const auto r = flow<DormandPrince8>(block, q, x, 0, t_end, settings);
 
     const auto end = [&](int direction, double step) {
         auto p1 = p;
         Vec<double, 2> x1 = start;
         (direction < 2 ? x1[direction] : p1[direction - 2]) += step;
-        return flow<DormandPrince8>(block, p1, x1, 0, t_end, settings, nothing).x;
+        return flow<DormandPrince8>(block, p1, x1, 0, t_end, settings).x;
     };
     std::printf("end: y = %.9f, v = %.9f\n", r.x[0].v, r.x[1].v);
     std::printf("by         dy          dv          differences\n");

@@ -156,9 +156,7 @@ inline void judge_runs(Judge& judge) {
                                 a.settings);
     });
     judge_run(judge, "flow in duals", [](const RunArguments& a) {
-        Nothing nothing;
-        flow(Coulomb{}, constant<D>(a.p), seeded<D>(a.x0), D(a.t0), D(a.t_end), a.settings,
-             nothing);
+        flow(Coulomb{}, constant<D>(a.p), seeded<D>(a.x0), D(a.t0), D(a.t_end), a.settings);
     });
     judge_run(judge, "segment in duals", [](const RunArguments& a) {
         segment<DormandPrince5>(Coulomb{}, constant<D>(a.p), mode_of<1>(-1), seeded<D>(a.x0),
@@ -182,7 +180,7 @@ inline void judge_parts_of_runs(Judge& judge) {
         KnownStart<1> known;
         known.before = mode;
         judge.refuses("known_start.before[0] = ",
-                      [&] { flow(Coulomb{}, {}, x0, 0, 5, settings, log, Sections<>{}, known); });
+                      [&] { flow(Coulomb{}, {}, x0, 0, 5, settings, log, {}, known); });
     }
     for (const int bad : {-2, 3, 1000})
         judge.refuses("target = ", [&] {
@@ -192,7 +190,7 @@ inline void judge_parts_of_runs(Judge& judge) {
         KnownStart<1> known;
         known.guard = bad;
         judge.refuses("known_start.guard = ",
-                      [&] { flow(Coulomb{}, {}, x0, 0, 5, settings, log, Sections<>{}, known); });
+                      [&] { flow(Coulomb{}, {}, x0, 0, 5, settings, log, {}, known); });
     }
     const auto g = [](const auto&, const auto& x, const auto&) { return x[0]; };
     judge.refuses("sections[0].direction = 2",
@@ -258,11 +256,9 @@ inline void judge_defaults(Judge& judge) {
                 simulate(Coulomb{}, (2 * p) / 2, x0, 0, 5).result.x == end);
     judge.holds("simulate_all",
                 simulate_all(Coulomb{}, {}, x0, 0, 5).all[0].trajectory.result.x == end);
-    Nothing nothing;
-    judge.holds("flow", flow(Coulomb{}, {}, x0, 0, 5, settings, nothing).x == end);
-    const auto varied = flow(Coulomb{}, {}, seeded<D>(x0), D(0), D(5), settings, nothing);
-    const auto wanted =
-        flow(Coulomb{}, constant<D>(p), seeded<D>(x0), D(0), D(5), settings, nothing);
+    judge.holds("flow", flow(Coulomb{}, {}, x0, 0, 5, settings).x == end);
+    const auto varied = flow(Coulomb{}, {}, seeded<D>(x0), D(0), D(5), settings);
+    const auto wanted = flow(Coulomb{}, constant<D>(p), seeded<D>(x0), D(0), D(5), settings);
     judge.holds("flow in duals", varied.x[0].d == wanted.x[0].d && varied.x[1].d == wanted.x[1].d);
     const auto forced = [&](const auto& given) {
         return segment<DormandPrince5>(Coulomb{}, given, mode_of<1>(-1), x0, 0, 5, -1, settings).x;

@@ -38,31 +38,24 @@ struct Drift {
     double off;    ///< the largest |h| at the end of a step
 };
 
-/// The largest |h| at the end of a step.
-struct LargestHeight {
-    static constexpr bool wants_steps = true;
-    double h = 0;
-    void on_event(const Event<double, 3, 1>&) {}
-    template <class Path> void on_step(const StepView<double, 3, 1>& step, Path&) {
-        const auto& x = step.x1;
-        h = std::max(h, std::abs(x[2] - x[0] * x[0] / 4));
-    }
-};
-
 template <class Tableau> Drift drift_over(int turns, double tolerance) {
-    LargestHeight largest;
+    double off = 0;
+    const auto look = [&off](const auto& step, const auto&) {
+        const auto& x = step.x1;
+        off = std::max(off, std::abs(x[2] - x[0] * x[0] / 4));
+    };
     Settings<double, 3> settings;
     settings.rtol = tolerance;
     settings.atol = AbsoluteTolerance<double, 3>(tolerance);
     settings.max_steps = 100'000'000;
     const auto r = flow<Tableau>(CurvedSlide{}, Vec<double, 0>(), Vec<double, 3>(1, 0, 0.25), 0.0,
-                                 2 * std::numbers::pi * turns, settings, largest);
+                                 2 * std::numbers::pi * turns, settings, {.step = look});
     return {r.status,
             r.counters.events,
             r.counters.steps,
             r.x[0] * r.x[0] + r.x[1] * r.x[1] - 1,
             std::atan2(-r.x[1], r.x[0]),
-            largest.h};
+            off};
 }
 
 } // namespace filippov::stability

@@ -99,9 +99,7 @@ private:
     template <class Tableau>
     static auto by_flow(const Problem<N, M>& q, const Vec<double, N>& x0, double t0, double t_end,
                         double tolerance) {
-        Nothing nothing;
-        return flow<Tableau>(q.sys, Vec<double, 0>(), x0, t0, t_end, settings_of(q, tolerance),
-                             nothing);
+        return flow<Tableau>(q.sys, Vec<double, 0>(), x0, t0, t_end, settings_of(q, tolerance));
     }
 
     /// The same solution in curved coordinates.
@@ -111,10 +109,9 @@ private:
         const Curved<N, M> sys(problem_, 1 + largest, number_);
         const Vec<double, N> start =
             sys.bent(Vec<Long, N>(x0.template cast<Long>())).template cast<double>();
-        Nothing nothing;
         began_ = Clock::now();
         const auto r = flow<DormandPrince8>(sys, Vec<double, 0>(), start, t0, t_end,
-                                            settings_of(problem_, tolerance), nothing);
+                                            settings_of(problem_, tolerance));
         const Vec<Long, N> z = sys.straightened(Vec<Long, N>(r.x.template cast<Long>()));
         judge("dop853 curved", r.status, double(r.t), Vec<double, N>(z.template cast<double>()),
               r.message());

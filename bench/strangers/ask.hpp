@@ -43,10 +43,10 @@ template <class Sys> Settings<double, Sys::dim> settings_of(const Disguise& d, d
 template <class Tableau, class Sys> Told by_flow(const Sys& sys, const Ask& ask) {
     constexpr int N = Sys::dim, M = surfaces_v<Sys>;
     Told told;
-    Listener<double, N, M> listener;
+    Observer<double, N, M> observer;
     Mode<M> before{};
     bool begun = false;
-    listener.event = [&](const Event<double, N, M>& e) {
+    observer.event = [&](const Event<double, N, M>& e) {
         if (e.kind == EventKind::section)
             told.met.push_back(e.t);
         for (int j = 0; j < M && begun; ++j) {
@@ -64,7 +64,7 @@ template <class Tableau, class Sys> Told by_flow(const Sys& sys, const Ask& ask)
         x0[i] = ask.x0[std::size_t(i)];
     const auto r =
         flow<Tableau>(sys, Vec<double, 0>(), x0, ask.t0, ask.t_end,
-                      settings_of<Sys>(sys.disguise(), ask.tolerance), listener, Watch<Sys>{&sys});
+                      settings_of<Sys>(sys.disguise(), ask.tolerance), observer, Watch<Sys>{&sys});
     told.status = r.status;
     told.t = r.t;
     for (int i = 0; i < N; ++i)

@@ -143,7 +143,7 @@ private:
     const int n_, m_; ///< components, surfaces
 };
 
-/// Keeps what the task asks for of a run that it listens to.
+/// Keeps what the task asks for of a run.
 template <class Sys> class Keeper {
 public:
     static constexpr int N = dim_v<Sys>;
@@ -157,6 +157,38 @@ public:
             solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
     }
 
+    operator Observer<double, N, M>() {
+        return {.event = [this](const Event<double, N, M>& event) { on_event(event); },
+                .step = [this](const StepView<double, N, M>& step,
+                               const StepPath<double, N>& path) { on_step(step, path); },
+                .stop = task_.interrupted};
+    }
+
+    /// The run as a whole, its last point the point where it ended.
+    Run finish(const FlowResult<double, N, M>& result) {
+        run_.status = result.status;
+        run_.message = result.message();
+        run_.counters = result.counters;
+        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
+            keep_moved(result.clock, result.t, result.x, result.mode);
+        if (result.status == Status::ok) {
+            run_.events.t.back() = task_.t_end;
+            if (solution_ && stepped_)
+                solution_->trajectory.t.back() = task_.t_end;
+            if (!task_.t_eval && stepped_)
+                run_.t.back() = task_.t_end;
+            while (next_time_) {
+                keep(*next_time_, result.x, last_mode_);
+                advance_times();
+            }
+        } else if (task_.t_eval && (run_.t.empty() || run_.t.back() != result.t)) {
+            keep(result.t, result.x, last_mode_);
+        }
+        run_.solution = solution_;
+        return std::move(run_);
+    }
+
+private:
     void on_event(const Event<double, N, M>& event) {
         if (event.kind == EventKind::start)
             start(event);
@@ -206,31 +238,6 @@ public:
             keep(t1, step.x1, step.mode);
     }
 
-    /// The run as a whole, its last point the point where it ended.
-    Run finish(const FlowResult<double, N, M>& result) {
-        run_.status = result.status;
-        run_.message = result.message();
-        run_.counters = result.counters;
-        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
-            keep_moved(result.clock, result.t, result.x, result.mode);
-        if (result.status == Status::ok) {
-            run_.events.t.back() = task_.t_end;
-            if (solution_ && stepped_)
-                solution_->trajectory.t.back() = task_.t_end;
-            if (!task_.t_eval && stepped_)
-                run_.t.back() = task_.t_end;
-            while (next_time_) {
-                keep(*next_time_, result.x, last_mode_);
-                advance_times();
-            }
-        } else if (task_.t_eval && (run_.t.empty() || run_.t.back() != result.t)) {
-            keep(result.t, result.x, last_mode_);
-        }
-        run_.solution = solution_;
-        return std::move(run_);
-    }
-
-private:
     /// Keeps a state to which the solution jumped: after a jump the time is there twice, with the
     /// states before and after.
     void keep_moved(const Clock<double>& clock, double t, const Vec<double, N>& x,
@@ -558,9 +565,10 @@ private:
                                 std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
         Keeper<Sys> keeper(sys_, p, task, scale);
-        Listener<double, N, M> listener = scripted<N>(keeper, script);
-        listener.stop = task.interrupted;
-        return keeper.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, listener,
+        Observer<double, N, M> observer = keeper;
+        if (script != nullptr)
+            observer = scripted(observer, *script);
+        return keeper.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, observer,
                                            Watches{task.watches, {}}));
     }
 

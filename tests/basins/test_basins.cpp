@@ -181,10 +181,9 @@ void check_two_attractors(const Basins& b) {
 Vector followed(double A, double omega, const std::array<double, 2>& from, int periods) {
     const Vector all = params_at(*block(), A, omega);
     const Params<models::Oscillator, double> p(all);
-    Nothing nothing;
     const auto end =
         flow(models::Oscillator{}, p, Vec<double, 2>(from[0], from[1]), 0.0,
-             periods * period(models::Oscillator{}, p), {.rtol = 1e-10, .atol = 1e-12}, nothing);
+             periods * period(models::Oscillator{}, p), {.rtol = 1e-10, .atol = 1e-12});
     REQUIRE(end.status == Status::ok);
     return end.x;
 }

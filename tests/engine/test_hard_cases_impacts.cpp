@@ -438,9 +438,7 @@ TEMPLATE_TEST_CASE("H30: a jump is not undone backwards in time", "[hard]", Dorm
     for (const NonUnique policy : {NonUnique::stop, NonUnique::below, NonUnique::stay}) {
         auto settings = bounded<2>(1e-9);
         settings.on_nonunique = policy;
-        Nothing nothing;
-        const auto r =
-            flow<TestType>(HighFloor{}, Vec<double, 0>(), V2(1, 1), 0.0, -3.0, settings, nothing);
+        const auto r = flow<TestType>(HighFloor{}, Vec<double, 0>(), V2(1, 1), 0.0, -3.0, settings);
         CHECK(r.status == Status::ambiguous);
         CHECK(r.message().find("not undone backwards in time") != std::string::npos);
         CHECK(r.t == Approx((1 - std::sqrt(5.0)) / 2).epsilon(1e-9));

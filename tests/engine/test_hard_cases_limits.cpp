@@ -19,12 +19,14 @@ namespace {
 
 /// Keeps, period by period, what repeats.
 struct PerPeriod {
-    static constexpr bool wants_steps = false;
     long long n_periods;
     std::vector<int> count{};        ///< events in each period
     std::vector<double> last_exit{}; ///< local time of the last exit in each period
     double largest_h = 0;            ///< on any event in contact
 
+    operator Observer<double, 2, 1>() {
+        return {.event = [this](const auto& e) { on_event(e); }};
+    }
     void on_event(const Event<double, 2, 1>& e) {
         if (e.kind == start || e.kind == end)
             return;

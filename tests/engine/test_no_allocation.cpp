@@ -134,11 +134,10 @@ TEST_CASE("no_allocation: a run that keeps nothing allocates nothing", "[no_allo
     const auto p = default_params<models::Oscillator>();
     const Vec<double, 2> x0(0, 0);
     const auto settings = tolerance<2>(1e-9);
-    Nothing nothing;
     long long events = 0;
     const long long n = allocated([&] {
-        events = flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing)
-                     .counters.events;
+        events =
+            flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings).counters.events;
     });
     CHECK(n == 0);
     CHECK(events > 10);
@@ -154,9 +153,8 @@ TEST_CASE("no_allocation: the transient of a diagram allocates nothing", "[no_al
     const bool skip = GENERATE(false, true);
     std::vector<DiagramPoint<double, 2>> points;
     const auto transient = [&](double periods) {
-        DiagramObserver<double, 2, 1> observer(section, T, periods, skip, points);
-        Listener<double, 2, 1> listener = observer.listener();
-        return flow<DormandPrince8>(models::Oscillator{}, p, x0, 0, 200 * T, settings, listener)
+        DiagramRecorder<double, 2, 1> recorder(section, T, periods, skip, points);
+        return flow<DormandPrince8>(models::Oscillator{}, p, x0, 0, 200 * T, settings, recorder)
             .counters.events;
     };
     long long events = 0;
@@ -172,12 +170,10 @@ TEST_CASE("no_allocation: a run that fails allocates nothing", "[no_allocation]"
     const auto p = default_params<models::Oscillator>();
     auto settings = tolerance<2>(1e-9);
     settings.max_steps = 50;
-    Nothing nothing;
     Status status = Status::ok;
     const Vec<double, 2> x0(0, 0);
     const long long n = allocated([&] {
-        status =
-            flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings, nothing).status;
+        status = flow<DormandPrince5>(models::Oscillator{}, p, x0, 0, 100, settings).status;
     });
     CHECK(n == 0);
     CHECK(status == Status::max_steps);

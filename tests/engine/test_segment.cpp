@@ -25,14 +25,6 @@ Mode<1> mode(int side) {
     return m;
 }
 
-/// Asks to stop at the fourth time it is asked.
-struct Impatient {
-    static constexpr bool wants_steps = false;
-    int asked = 0;
-    void on_event(const Event<double, 2, 1>&) {}
-    bool interrupted() { return ++asked > 3; }
-};
-
 } // namespace
 
 TEST_CASE("segment: meets its surface where the closed form does", "[segment]") {
@@ -191,10 +183,10 @@ TEST_CASE("observers: dense output agrees with steps, and lies on the surface in
 }
 
 TEST_CASE("observers: one that asks to stop is obeyed, with everything so far", "[observers]") {
-    Impatient observer;
-    const models::Oscillator sys;
-    const auto p = default_params<models::Oscillator>();
-    const auto r = flow(sys, p, Vec<double, 2>(0, 0), 0.0, 1e6, Settings<double, 2>{}, observer);
+    int asked = 0;
+    const auto at_the_fourth_time = [&] { return ++asked > 3; };
+    const auto r = flow(models::Oscillator{}, {}, Vec<double, 2>(0, 0), 0.0, 1e6, {},
+                        {.stop = at_the_fourth_time});
     CHECK(r.status == Status::interrupted);
     CHECK(r.t > 0.0);
     CHECK(r.t < 1e5);
@@ -207,8 +199,7 @@ TEST_CASE("flow: the first slip of a run that begins in a slide needs no absolut
         Settings<double, 2> settings{.rtol = 1e-8};
         settings.atol = AbsoluteTolerance<double, 2>(atol);
         const Vec<double, 2> p(0, 2), x(0.1, 0);
-        Nothing nothing;
-        return flow<DormandPrince8>(SlowBelt{}, p, x, 6.732, 14, settings, nothing);
+        return flow<DormandPrince8>(SlowBelt{}, p, x, 6.732, 14, settings);
     };
     const auto strict = from_rest(0), usual = from_rest(1e-9);
     REQUIRE(strict.status == Status::ok);

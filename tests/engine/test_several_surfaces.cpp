@@ -242,8 +242,8 @@ TEMPLATE_TEST_CASE("several surfaces: a run that starts where one of two slides 
     known.before.set(1, 0);
     known.guard = Guard<2>::above(0);
     const double off = GENERATE(0.0, 1e-13, -1e-13, 1e-10, -1e-10);
-    Listener<double, 2, 2> listener;
-    listener.event = [&](const Event<double, 2, 2>& e) {
+    Observer<double, 2, 2> observer;
+    observer.event = [&](const Event<double, 2, 2>& e) {
         if (e.kind == EventKind::start) {
             CHECK(e.mode_after[0] == 1);
             CHECK(e.mode_after[1] == 0);
@@ -252,7 +252,7 @@ TEMPLATE_TEST_CASE("several surfaces: a run that starts where one of two slides 
         CHECK(e.kind != EventKind::enter_sliding); // nothing has left y = 0
     };
     const auto r = flow<TestType>(TwoRelays{}, Vec<double, 0>(), Vec<double, 2>(off, -off), 1.0,
-                                  3.0, tolerance<2>(1e-9), listener, Sections<>{}, known);
+                                  3.0, tolerance<2>(1e-9), observer, {}, known);
     INFO(r.message());
     CHECK(r.status == Status::ok);
     CHECK(r.mode[0] == 1);

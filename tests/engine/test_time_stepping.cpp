@@ -90,8 +90,7 @@ Vec<double, dim_v<Sys>> event_driven(const Sys& sys, const Params<Sys, double>& 
     Settings<double, dim_v<Sys>> settings;
     settings.rtol = 1e-11;
     settings.atol = AbsoluteTolerance<double, dim_v<Sys>>(1e-12);
-    Nothing nothing;
-    const auto r = flow<DormandPrince8>(sys, p, x0, 0.0, t_end, settings, nothing);
+    const auto r = flow<DormandPrince8>(sys, p, x0, 0.0, t_end, settings);
     REQUIRE(r.status == Status::ok);
     return r.x;
 }

@@ -47,18 +47,17 @@ Mat<double, dim_v<Sys>, dim_v<Sys>> monodromy(const Sys& sys, const Params<Sys, 
                                               double tol = 1e-13) {
     constexpr int N = dim_v<Sys>;
     using D = Dual<double, N>;
-    Nothing nothing;
     const auto r = flow<DormandPrince8>(sys, constant<D>(p), seeded<D>(x0), D(t0), D(t_end),
-                                        tolerance<N>(tol), nothing);
+                                        tolerance<N>(tol));
     REQUIRE(r.run.status == Status::ok);
     CHECK_FALSE(r.singular);
     return derivatives<D, N, N>(r.x);
 }
 
 /// Ends a run at the first event of a kind.
-template <EventKind K> struct EndsAt : Nothing {
-    bool ends_at(const Event<double, 2, 1>& e) { return e.kind == K; }
-};
+Observer<double, 2, 1> ends_at(EventKind kind) {
+    return {.ends = [kind](const Event<double, 2, 1>& e) { return e.kind == kind; }};
+}
 
 Mat<double, 2, 2> rotation(double t) {
     Mat<double, 2, 2> r;
@@ -195,9 +194,8 @@ TEST_CASE("variation: parameters, start time and end time beside finite differen
     q[1] = D::variable(p[1], 3);
     const Vec<double, 2> x0(0.3, -0.4);
     const double t0 = 5.2, t_end = 5.2 + 11;
-    Nothing nothing;
     const auto r = flow<DormandPrince8>(sys, q, seeded<D>(x0), D::variable(t0, 4),
-                                        D::variable(t_end, 5), tolerance<2>(1e-13), nothing);
+                                        D::variable(t_end, 5), tolerance<2>(1e-13));
     REQUIRE(r.run.status == Status::ok);
     CHECK(r.run.counters.events >= 4);
     const auto exact = derivatives<D, 2, K>(r.x);
@@ -242,9 +240,7 @@ TEST_CASE("variation: second derivatives through events", "[variation]") {
         x[0] = variable(z[0], 0);
         x[1] = variable(z[1], 1);
         q[1] = variable(z[2], 2);
-        Nothing nothing;
-        const auto r =
-            flow<DormandPrince8>(sys, q, x, D(5.2), D(16.2), tolerance<2>(1e-13), nothing);
+        const auto r = flow<DormandPrince8>(sys, q, x, D(5.2), D(16.2), tolerance<2>(1e-13));
         REQUIRE(r.run.status == Status::ok);
         return r.x;
     };
@@ -272,10 +268,9 @@ TEST_CASE("variation: neighbours of a solution that rests are followed as closel
           "[variation]") {
     const models::UnitCircle sys; // r' = r, and a rotation
     using D = Dual<double, 2>;
-    Nothing nothing;
     const auto p = default_params<models::UnitCircle>();
     const auto r = flow(sys, constant<D>(p), seeded<D>(Vec<double, 2>(0, 0)), D(0), D(20),
-                        tolerance<2>(1e-10), nothing);
+                        tolerance<2>(1e-10));
     CHECK(r.run.counters.steps < 20);
     // exp(20) times a rotation by 20 w; at ten tolerances a step, in some hundred steps
     const double turn = 20 * p[0];
@@ -288,11 +283,10 @@ TEST_CASE("variation: the values are those of the plain run", "[variation]") {
     const models::Oscillator sys;
     const auto p = default_params<models::Oscillator>();
     using D = Dual<double, 2>;
-    Nothing nothing;
     const auto settings = tolerance<2>(1e-9);
     const Vec<double, 2> x0(0.1, 0.2);
-    const auto r = flow(sys, constant<D>(p), seeded<D>(x0), D(0), D(50), settings, nothing);
-    const auto plain = flow(sys, p, x0, 0.0, 50.0, settings, nothing);
+    const auto r = flow(sys, constant<D>(p), seeded<D>(x0), D(0), D(50), settings);
+    const auto plain = flow(sys, p, x0, 0.0, 50.0, settings);
     CHECK(values_of(r.x) == plain.x);
     CHECK(r.run.counters.field == plain.counters.field);
 }
@@ -330,13 +324,11 @@ TEST_CASE("H37: the derivative at a grazing contact is reported singular", "[var
     p[0] = 0;
     using D = Dual<double, 2>;
     const auto settings = tolerance<2>(1e-9);
-    Nothing nothing;
     const auto passing = [&](double height) {
         const Vec<double, 2> top(4, 1 - height);
-        const auto back = flow<DormandPrince8>(sys, p, top, 0.0, -0.3, settings, nothing);
+        const auto back = flow<DormandPrince8>(sys, p, top, 0.0, -0.3, settings);
         REQUIRE(back.status == Status::ok);
-        return flow<DormandPrince8>(sys, constant<D>(p), seeded<D>(back.x), D(0), D(0.6), settings,
-                                    nothing);
+        return flow<DormandPrince8>(sys, constant<D>(p), seeded<D>(back.x), D(0), D(0.6), settings);
     };
     const auto clear = passing(1e-3);
     CHECK(clear.run.status == Status::ok);
@@ -378,9 +370,8 @@ TEST_CASE("H37: where h jumps there is no derivative, and that is said", "[varia
     const bool in_time = GENERATE(true, false);
     const double speed = GENERATE(0.0, 3.0); // slides until then, or crosses by the jump
     const Vec<double, 2> start(0.1, speed == 0 ? 0 : -2.5);
-    Nothing nothing;
     const auto r = flow<DormandPrince8>(JumpOfH{speed, in_time}, Vec<D, 0>(), seeded<D>(start),
-                                        D(0), D(1.2), tolerance<2>(1e-10), nothing);
+                                        D(0), D(1.2), tolerance<2>(1e-10));
     CHECK(r.run.status == Status::ok);
     CHECK(r.singular == (speed == 0)); // (at 3.0 it is on its way to h = 0 all the time)
 }
@@ -391,7 +382,7 @@ TEST_CASE("variation: the end at an event does not depend on sections passed bef
     const models::DieciLopez sys;
     const auto p = constant<D>(default_params<models::DieciLopez>());
     const auto settings = tolerance<2>(1e-12);
-    EndsAt<EventKind::exit_sliding> ends;
+    const auto ends = ends_at(EventKind::exit_sliding);
     const auto x0 = seeded<D>(Vec<double, 2>(0, 0));
     const auto plain = flow<DormandPrince8>(sys, p, x0, D(0), D(20), settings, ends);
     const auto half = [](const auto&, const auto& x, const auto&) { return x[1] - 0.1; };
@@ -413,10 +404,9 @@ TEST_CASE("H37: a run that ends where it grazes is there, without a derivative",
     p[0] = 0;
     using D = Dual<double, 2>;
     const auto settings = tolerance<2>(1e-9);
-    Nothing nothing;
     const Vec<double, 2> top(4, 1 - 1e-10);
-    const auto back = flow<DormandPrince8>(sys, p, top, 0.0, -0.3, settings, nothing);
-    EndsAt<EventKind::graze> grazed;
+    const auto back = flow<DormandPrince8>(sys, p, top, 0.0, -0.3, settings);
+    const auto grazed = ends_at(EventKind::graze);
     const auto end = flow<DormandPrince8>(sys, constant<D>(p), seeded<D>(back.x), D(0), D(0.6),
                                           settings, grazed);
     CHECK(end.run.status == Status::event);

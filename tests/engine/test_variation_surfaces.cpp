@@ -34,8 +34,7 @@ Varied<Sys> vary(const Sys& sys, const Params<Sys, double>& p, const State<Sys, 
     Vec<D, P> q;
     for (int i = 0; i < P; ++i)
         q[i] = D::variable(p[i], N + i);
-    Nothing nothing;
-    const auto r = flow<DormandPrince8>(sys, q, x, D(0.0), D(t_end), tolerance<N>(tol), nothing);
+    const auto r = flow<DormandPrince8>(sys, q, x, D(0.0), D(t_end), tolerance<N>(tol));
     INFO(r.run.message());
     CHECK(r.run.status == Status::ok);
     Varied<Sys> result;
@@ -60,8 +59,7 @@ differences(const Sys& sys, const Params<Sys, double>& p, const State<Sys, doubl
         State<Sys, double> x = x0;
         Params<Sys, double> q = p;
         (k < N ? x[k] : q[k - N]) += by;
-        Nothing nothing;
-        const auto r = flow<DormandPrince8>(sys, q, x, 0.0, t_end, tolerance<N>(1e-13), nothing);
+        const auto r = flow<DormandPrince8>(sys, q, x, 0.0, t_end, tolerance<N>(1e-13));
         CHECK(r.status == Status::ok);
         return r.x;
     };

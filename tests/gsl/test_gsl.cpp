@@ -36,8 +36,7 @@ TEST_CASE("gsl: its stiff methods and Rodas5P agree on the smoothed oscillator",
     auto settings = filippov::Settings<double, 2>{};
     settings.rtol = 1e-10;
     settings.atol = AbsoluteTolerance<double, 2>(1e-10);
-    Nothing nothing;
-    const auto ours = flow<Rodas5P>(smooth, p, origin, 0.0, t_end, settings, nothing);
+    const auto ours = flow<Rodas5P>(smooth, p, origin, 0.0, t_end, settings);
     REQUIRE(ours.status == Status::ok);
     using gsl::Method;
     for (const Method method : {Method::msbdf, Method::bsimp, Method::rk4imp}) {

@@ -4,6 +4,7 @@
 
 #include <filippov/engine/trajectory.hpp>
 
+#include <utility>
 #include <vector>
 
 namespace filippov {
@@ -72,21 +73,16 @@ private:
     bool complete_ = true;
 };
 
-/// A listener that tells an observer of a run and chooses by a script; null: by the policy.
-template <int N, class Obs, class S, int M>
-Listener<S, N, M> scripted(Obs& observer, Script<S, M>* script) {
-    Listener<S, N, M> listener;
-    listener.step = [&observer](const auto& step, const auto& path) {
-        observer.on_step(step, path);
+/// The same observer, which chooses by a script.
+template <class S, int N, int M>
+Observer<S, N, M> scripted(Observer<S, N, M> observer, Script<S, M>& script) {
+    observer.event = [tell = std::move(observer.event), &script](const Event<S, N, M>& event) {
+        tell(event);
+        if (event.alternatives > 0)
+            script.note(event.t);
     };
-    listener.event = [&observer, script](const Event<S, N, M>& event) {
-        observer.on_event(event);
-        if (script != nullptr && event.alternatives > 0)
-            script->note(event.t);
-    };
-    if (script != nullptr)
-        listener.chooser = [script](const Verdict<M>& verdict) { return script->choose(verdict); };
-    return listener;
+    observer.choose = [&script](const Verdict<M>& verdict) { return script.choose(verdict); };
+    return observer;
 }
 
 /// Simulates every solution from x0: at each point where it is not unique all modes that are
@@ -116,9 +112,9 @@ simulate_all(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim
         }
         Solution<Sys, S> solution{{}, empty_trajectory(sys, p, x0, settings)};
         Recorder<Sys, S, Dense> recorder{solution.trajectory};
-        Listener<S, dim_v<Sys>, M> listener = scripted<dim_v<Sys>>(recorder, &script);
+        const Observer<S, dim_v<Sys>, M> observer = recorder;
         solution.trajectory.result =
-            flow<Tableau>(sys, p, x0, t0, t_end, settings, listener, watched);
+            flow<Tableau>(sys, p, x0, t0, t_end, settings, scripted(observer, script), watched);
         solution.choices = script.made();
         solutions.all.push_back(std::move(solution));
     } while (script.next());

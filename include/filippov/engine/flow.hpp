@@ -16,16 +16,17 @@ namespace filippov {
 namespace detail {
 
 /// The loop of `flow`, with its bookkeeping of events.
-template <class Sys, class S, class Obs, class Sec> class Flow {
+template <class Sys, class S> class Flow {
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
+    using Watched = AnySections<S, N, params_v<Sys>>;
 
 public:
     Flow(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
-         const Settings<S, N>& settings, Obs& observer, const Sec& sections,
-         const KnownStart<M>& known_start, Steps<Sys, S, Watch<Sys, S, Sec>>& steps)
+         const Settings<S, N>& settings, const Observer<S, N, M>& observer, const Watched& sections,
+         const KnownStart<M>& known_start, Steps<Sys, S>& steps)
         : sys_(sys), p_(p), settings_(settings), observer_(observer), sections_(sections),
           known_start_(known_start),
           segment_(sys, p, t0, x0, t_end, settings, observer, sections, steps) {}
@@ -42,14 +43,12 @@ public:
             if (stop.guard < 0)
                 break;
             status = handle(stop);
-            if constexpr (requires { observer_.ends_at(held_); })
-                if (status == Status::ok && pending_ && observer_.ends_at(held_))
-                    status = Status::event;
+            if (observer_.ends && status == Status::ok && pending_ && observer_.ends(held_))
+                status = Status::event;
             segment_.let_observer_skip();
         }
         flush();
-        Event<S, N, M> end = make_event(EventKind::end, -1, segment_.mode(), segment_.mode());
-        observer_.on_event(end);
+        tell(make_event(EventKind::end, -1, segment_.mode(), segment_.mode()));
         FlowResult<S, N, M> result;
         result.surfaces = surface_count(sys_);
         result.components = component_count(sys_);
@@ -178,7 +177,7 @@ private:
             start.mode_before = start.mode_after = held_.mode_before;
             start.x_left = start.x_right = start_x_;
         }
-        observer_.on_event(start);
+        tell(start);
         if (status != Status::ok)
             return;
         for (int q = 0; q < sections_.size(); ++q) {
@@ -201,9 +200,7 @@ private:
                                  j);
         alternatives_ = v.unique ? 0 : v.n_options;
         if (!v.unique) {
-            int chosen = -1;
-            if constexpr (requires { observer_.choose(v); })
-                chosen = observer_.choose(v);
+            const int chosen = observer_.choose ? observer_.choose(v) : -1;
             const NonUnique policy = settings_.on_nonunique;
             // The one option there is may be to stay where nothing attracts.
             const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
@@ -464,16 +461,15 @@ private:
                 return segment_.fail(Status::jump_cascade, "the jump here changes nothing", j);
             const S rounding = met ? switching(sys_, now.local, x_left, p_)[j] : S(0);
             segment_.set_state(x);
-            const auto [beyond, contacts] = place(j, rounding);
-            const Mode<M> mode = beyond; // a name that a requires expression may use
+            const auto [mode, contacts] = place(j, rounding);
             recent_.add(now, j, x, mode, true);
             if (mode[j] < 0) {
                 segment_.set_state(x_left);
                 return segment_.fail(Status::escaped, "the jump leads beyond its surface", j);
             }
             contacts_ = contacts;
-            if constexpr (requires { observer_.on_jump(now, left, j, mode); })
-                observer_.on_jump(now, left, j, mode);
+            if (observer_.jump)
+                observer_.jump(now, left, j, mode);
             const int next = throws(beside_walls(mode, contacts), contacts);
             segment_.enter(mode);
             if (next < 0 && contacts.n > 0) {
@@ -575,8 +571,8 @@ private:
         const Mode<M> before = segment_.mode();
         const X x_left = segment_.x();
         segment_.leap(rest.after, rest.x);
-        if constexpr (requires { observer_.on_limit(segment_.clock(), rest.held); })
-            observer_.on_limit(segment_.clock(), rest.held);
+        if (observer_.limit)
+            observer_.limit(segment_.clock(), rest.held);
         segment_.enter(rest.held);
         contacts_ = rest.on;
         alternatives_ = 0;
@@ -783,21 +779,25 @@ private:
     }
     void flush() {
         if (pending_)
-            observer_.on_event(held_);
+            tell(held_);
         pending_ = false;
+    }
+    void tell(const Event<S, N, M>& event) const {
+        if (observer_.event)
+            observer_.event(event);
     }
 
     const Sys& sys_;
     const P& p_;
     const Settings<S, N>& settings_;
-    Obs& observer_;
-    const Sec& sections_;
+    const Observer<S, N, M>& observer_;
+    const Watched& sections_;
     const KnownStart<M> known_start_;
-    Segment<Sys, S, Obs, Sec> segment_;
+    Segment<Sys, S> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
-    std::array<bool, Sec::capacity + 1> met_{}; ///< sections that were met, and when last
-    std::array<Clock<S>, Sec::capacity + 1> met_at_{};
+    std::array<bool, Watched::capacity> met_{}; ///< sections that were met, and when last
+    std::array<Clock<S>, Watched::capacity> met_at_{};
     SurfaceSet<M> contacts_{}; ///< that the last event was on
     int alternatives_ = 0;     ///< among which a policy chose there
     RecentEvents<S, N, M> recent_{};
@@ -816,37 +816,31 @@ private:
 ///
 /// @param params    shape (n_params,); `{}`: the defaults
 /// @param x0        start, shape (dim,)
-/// @param observer  what to keep, see observers.hpp
+/// @param observer  what to hear of the run: `{}`, one of Observer, EventLog, OutputTimes
 /// @param watched   user sections, see event.hpp
 /// @param known_start   the event at which the run starts, if that is known
 /// @return          status, last state, counters
 /// @error           std::invalid_argument for a start, span or settings that make no sense; all
 ///                  else is a Status
-template <class Tableau = DormandPrince5, class Sys, std::floating_point S, class Obs,
-          class Sec = Sections<>>
-    requires Observer<Obs, S, dim_v<Sys>, surfaces_v<Sys>>
+template <class Tableau = DormandPrince5, class Sys, std::floating_point S, class Sec = Sections<>>
 FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
 flow(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim_v<Sys>>& x0,
      std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
-     const Settings<S, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
-     const KnownStart<surfaces_v<Sys>>& known_start = {}) {
+     const Settings<S, dim_v<Sys>>& settings = {}, const ObserverOf<Sys, S>& observer = {},
+     const Sec& watched = {}, const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     require_system<Sys>();
     const Params<Sys, S> p = params.of(sys);
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
     detail::validate_known_start(sys, known_start);
     detail::validate_sections(watched);
-    detail::validate_observer(observer, t0, t_end);
-    const auto run = [&]<class Watched>(const Watched& sections) {
-        StepsOf<Tableau, Sys, S, Watch<Sys, S, Watched>> steps;
-        return detail::Flow<Sys, S, Obs, Watched>(sys, p, t0, x0, t_end, settings, observer,
-                                                  sections, known_start, steps)
-            .run();
-    };
-    if constexpr (std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>)
-        return run(AnySections<S, dim_v<Sys>, params_v<Sys>>(watched));
-    else
-        return run(watched);
+    if (observer.begin)
+        observer.begin(t0, t_end);
+    const AnySections<S, dim_v<Sys>, params_v<Sys>> sections(watched);
+    StepsOf<Tableau, Sys, S> steps;
+    return detail::Flow<Sys, S>(sys, p, t0, x0, t_end, settings, observer, sections, known_start,
+                                steps)
+        .run();
 }
 
 } // namespace filippov

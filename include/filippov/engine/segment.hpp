@@ -24,18 +24,20 @@
 namespace filippov {
 
 /// State and machinery of a run; `advance` follows the current mode to the next stop.
-template <class Sys, class S, class Obs, class Sec> class Segment {
+template <class Sys, class S> class Segment {
 public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
     using P = Params<Sys, S>;
-    using Guards = Watch<Sys, S, Sec>;
-    using Method = Steps<Sys, S, Guards>;
+    using Guards = Watch<Sys, S>;
+    using Watched = typename Guards::Watched;
+    using Method = Steps<Sys, S>;
 
     /// @error std::invalid_argument for a period too short to tell the phase of t0 or t_end
     Segment(const Sys& sys, const P& p, const S& t0, const X& x0, const S& t_end,
-            const Settings<S, N>& settings, Obs& observer, const Sec& sections, Method& steps)
+            const Settings<S, N>& settings, const Observer<S, N, M>& observer,
+            const Watched& sections, Method& steps)
         : place_(sys, p, settings), watch_(place_, sections), observer_(observer), steps_(steps),
           control_{.method = steps.facts()} {
         const S T = period(sys, p);
@@ -152,22 +154,19 @@ public:
     /// Lets the observer bring the end nearer by whole periods, which moves nothing else: it has
     /// seen that they would repeat what was.
     void let_observer_skip() {
-        if constexpr (requires { observer_.skip_periods(0LL); }) {
-            const Clock<S>& now = place_.clock;
-            if (now.period > S(0) && place_.direction > 0) {
-                const long long left = end_.index - now.index - (now.local > end_.local ? 1 : 0);
-                end_.index -= observer_.skip_periods(left);
-            }
+        const Clock<S>& now = place_.clock;
+        if (observer_.skip && now.period > S(0) && place_.direction > 0) {
+            const long long left = end_.index - now.index - (now.local > end_.local ? 1 : 0);
+            end_.index -= observer_.skip(left);
         }
     }
 
     Status fail(Status status, std::string_view what, int surface = -1) {
         // A function that is interrupted has no value, and what is made of it is no failure.
-        if constexpr (requires { observer_.interrupted(); })
-            if (observer_.interrupted()) {
-                status = Status::interrupted;
-                what = "";
-            }
+        if (interrupted()) {
+            status = Status::interrupted;
+            what = "";
+        }
         diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface};
         return status;
     }
@@ -188,7 +187,7 @@ public:
     }
 
 private:
-    using Attempt = TrialPath<Sys, S, Guards>; ///< a step of the method
+    using Attempt = TrialPath<Sys, S>; ///< a step of the method
 
     static S abs_(const S& v) {
         using std::abs;
@@ -206,12 +205,11 @@ private:
     }
     /// Takes the step along a path: observer, state, clock.
     template <class Path> FILIPPOV_INLINE void accept(Path& path) {
-        if constexpr (Obs::wants_steps) {
+        if (observer_.step) {
             Clock<S> next = place_.clock;
             move(next, path.dt);
-            observer_.on_step(
-                StepView<S, N, M>{place_.clock, next, path.dt, place_.x, path.x1, place_.mode},
-                path);
+            observer_.step({place_.clock, next, path.dt, place_.x, path.x1, place_.mode},
+                           StepPath<S, N>(path));
             place_.clock = next;
         } else {
             move(place_.clock, path.dt); // where it is: a copy would wait for what was just stored
@@ -220,7 +218,7 @@ private:
         elapsed_ += abs_(path.dt);
         blurred_ = 0;
         ++counters_.steps;
-        if constexpr (Obs::wants_steps)
+        if (observer_.skip) [[unlikely]]
             let_observer_skip();
     }
 
@@ -286,11 +284,10 @@ private:
             stop.again = true;
             return stop;
         }
-        if constexpr (Guards::n_guards > 3)
-            if (comes_too_late(path, found, full)) {
-                stop.again = true;
-                return stop;
-            }
+        if (comes_too_late(path, found, full)) {
+            stop.again = true;
+            return stop;
+        }
         const bool s_jumps = target.ends_slide() && (landing.jumped || !on_target());
         if (target.loses_surface() || s_jumps) // (s jumps where L1 - L2 has a root, too)
             if (const Found<S> end = watch_.before_pole(found.guard, path); end.guard >= 0)
@@ -311,13 +308,13 @@ private:
         return stop;
     }
 
+    bool interrupted() const { return observer_.stop && observer_.stop(); }
     /// Not ok if the steps are used up or the observer asks to stop.
     Status may_go_on() {
         if (counters_.steps + counters_.rejected >= place_.settings.max_steps)
             return fail(Status::max_steps, "");
-        if constexpr (requires { observer_.interrupted(); })
-            if (((counters_.steps + counters_.rejected) & 255) == 0 && observer_.interrupted())
-                return fail(Status::interrupted, "");
+        if (((counters_.steps + counters_.rejected) & 255) == 0 && interrupted())
+            return fail(Status::interrupted, "");
         return Status::ok;
     }
 
@@ -588,8 +585,8 @@ private:
 
     /// The field where the steps begin.
     Status begin() {
-        probed_field(place_, watch_,
-                     [&](auto&& rhs) { steps_.begin(rhs.field(place_.clock.local, place_.x)); });
+        field_of_mode(place_, watch_,
+                      [&](auto&& rhs) { steps_.begin(rhs.field(place_.clock.local, place_.x)); });
         ++counters_.field;
         have_k0_ = true;
         return all_finite<S, N>(steps_.start_field())
@@ -804,7 +801,7 @@ private:
 
     Place<Sys, S> place_;
     Guards watch_;
-    Obs& observer_;
+    const Observer<S, N, M>& observer_;
     Clock<S> end_{};
     S dt_ = S(0);
     S natural_step_ = S(0); ///< what the first step would be if no setting said otherwise
@@ -857,22 +854,22 @@ template <class S, int N, int M> struct SegmentResult {
 /// -1: none.
 ///                A target that is zero at the start is not found there.
 /// @error std::invalid_argument as in `flow`; else a Status
-template <class Tableau, class Sys, std::floating_point S, class Obs>
+template <class Tableau, class Sys, std::floating_point S>
 SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
 segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v<Sys>>& mode,
         const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
-        int target, const Settings<S, dim_v<Sys>>& settings, Obs& observer) {
+        int target, const Settings<S, dim_v<Sys>>& settings,
+        const ObserverOf<Sys, S>& observer = {}) {
     require_system<Sys>();
     const Params<Sys, S> p = params.of(sys);
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
     detail::validate_forced(sys, mode, target);
-    detail::validate_observer(observer, t0, t_end);
-    using Sec = std::conditional_t<std::is_same_v<Obs, Listener<S, dim_v<Sys>, surfaces_v<Sys>>>,
-                                   AnySections<S, dim_v<Sys>, params_v<Sys>>, Sections<>>;
-    const Sec none;
-    StepsOf<Tableau, Sys, S, Watch<Sys, S, Sec>> steps;
-    Segment<Sys, S, Obs, Sec> run(sys, p, t0, x0, t_end, settings, observer, none, steps);
+    if (observer.begin)
+        observer.begin(t0, t_end);
+    const AnySections<S, dim_v<Sys>, params_v<Sys>> none;
+    StepsOf<Tableau, Sys, S> steps;
+    Segment<Sys, S> run(sys, p, t0, x0, t_end, settings, observer, none, steps);
     run.force(mode, target);
     const Stop stop = run.advance();
     SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;
@@ -886,16 +883,6 @@ segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v
     result.counters = run.counters();
     result.diagnosis = run.diagnosis();
     return result;
-}
-
-/// The same, and nothing kept on the way.
-template <class Tableau, class Sys, std::floating_point S>
-SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>
-segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v<Sys>>& mode,
-        const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
-        int target, const Settings<S, dim_v<Sys>>& settings) {
-    Nothing nothing;
-    return segment<Tableau>(sys, params, mode, x0, t0, t_end, target, settings, nothing);
 }
 
 } // namespace filippov

@@ -95,11 +95,17 @@ private:
 
 /// Observer that fills a trajectory.
 template <class Sys, class S, bool Dense> struct Recorder {
-    static constexpr bool wants_steps = true;
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     Trajectory<Sys, S>& trajectory;
 
+    operator Observer<S, N, M>() {
+        return {.event = [this](const Event<S, N, M>& event) { on_event(event); },
+                .step = [this](const StepView<S, N, M>& step,
+                               const StepPath<S, N>& path) { on_step(step, path); }};
+    }
+
+private:
     void on_event(const Event<S, N, M>& event) {
         if (event.kind == EventKind::start)
             add(event.t, event.x_right, event.mode_after);
@@ -109,7 +115,7 @@ template <class Sys, class S, bool Dense> struct Recorder {
                 land(Clock<S>::at(event.t, period(trajectory.sys, trajectory.p)), event.t,
                      event.x_right, event.mode_after);
     }
-    template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
+    void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
         if (trajectory.t.size() == 1)
             trajectory.mode.front() = step.mode;
         if constexpr (has_jumps_v<Sys>)
@@ -124,8 +130,6 @@ template <class Sys, class S, bool Dense> struct Recorder {
             trajectory.pieces.push_back(piece);
         }
     }
-
-private:
     /// After a jump of the state the time is there twice, with the states before and after.
     void land(const Clock<S>& clock, const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
         add(t, x, mode);

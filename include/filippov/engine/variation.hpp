@@ -510,7 +510,7 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 /// `flow` in dual numbers: the end of the run with its derivatives.
 ///
 /// x0, t0, t_end and p may each depend on whatever the duals' directions mean. The end is t_end, or
-/// the event that ended the run: a terminal section, or one that `observer.ends_at`. There t has
+/// the event that ended the run: a terminal section, or one that `observer.ends`. There t has
 /// derivatives, too.
 /// @param settings  in plain numbers: the run is the plain one
 /// @error  as the plain run; status `step_too_small` where derivatives want far shorter steps than
@@ -518,12 +518,12 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 /// @return `singular` where a surface was met tangentially within the tolerance: derivatives are
 ///         NaN
 /// @cost   one plain run, and its accepted steps once more in dual arithmetic
-template <class Tableau = DormandPrince5, class Sys, DualNumber D, class Obs,
-          class Sec = Sections<>>
+template <class Tableau = DormandPrince5, class Sys, DualNumber D, class Sec = Sections<>>
 VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
 flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>& x0,
      std::type_identity_t<D> t0, std::type_identity_t<D> t_end,
-     const Settings<Real<D>, dim_v<Sys>>& settings, Obs& observer, const Sec& watched = {},
+     const Settings<Real<D>, dim_v<Sys>>& settings = {},
+     const ObserverOf<Sys, Real<D>>& observer = {}, const Sec& watched = {},
      const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     using R = Real<D>;
@@ -531,43 +531,48 @@ flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>
     const Params<Sys, D> p = params.of(sys);
     validate(settings);
     validate_start(values_of(x0), value_of(t0), value_of(t_end), values_of(p), given_params(sys));
-    detail::validate_observer(observer, value_of(t0), value_of(t_end));
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings, known_start.held);
     int section = -1; // the last one met
     // what `ends_at` ended the run at: a change of mode, or an event without one
     bool passed = false, touched = false;
     VariedResult<D, N, M> result;
-    Listener<R, N, M> listener;
-    listener.step = [&](const auto& step, [[maybe_unused]] const auto& path) {
+    Observer<R, N, M> both = observer;
+    both.skip = nullptr; // derivatives do not repeat with the solution
+    both.step = [&](const auto& step, const auto& path) {
         variation.take(step);
-        if constexpr (Obs::wants_steps)
-            observer.on_step(step, path);
+        if (observer.step)
+            observer.step(step, path);
     };
-    listener.limit = [&](const auto& clock, const auto& mode) { variation.settle(clock, mode); };
+    both.limit = [&](const auto& clock, const auto& mode) {
+        variation.settle(clock, mode);
+        if (observer.limit)
+            observer.limit(clock, mode);
+    };
     if constexpr (has_jumps_v<Sys>)
-        listener.jump = [&](const auto& clock, const auto& before, int j, const auto& after) {
+        both.jump = [&](const auto& clock, const auto& before, int j, const auto& after) {
             variation.jump(clock, before, j, after);
+            if (observer.jump)
+                observer.jump(clock, before, j, after);
         };
-    listener.event = [&](const auto& event) {
+    both.event = [&](const auto& event) {
         if (event.kind == EventKind::section)
             section = event.surface;
         if (event.kind == EventKind::graze) // one neighbour meets the surface, another does not
             result.singular = true;
-        observer.on_event(event);
+        if (observer.event)
+            observer.event(event);
     };
-    if constexpr (requires(const Event<R, N, M>& event) { observer.ends_at(event); })
-        listener.ends = [&](const auto& event) {
-            const bool over = observer.ends_at(event);
+    if (observer.ends)
+        both.ends = [&](const auto& event) {
+            const bool over = observer.ends(event);
             if (over && event.kind != EventKind::section) {
                 touched = event.mode_before == event.mode_after && event.kind != EventKind::jump;
                 passed = !touched;
             }
             return over;
         };
-    if constexpr (requires { observer.interrupted(); })
-        listener.stop = [&] { return observer.interrupted(); };
     result.run = flow<Tableau>(sys, values_of(p), values_of(x0), value_of(t0), value_of(t_end),
-                               settings, listener, watched, known_start);
+                               settings, both, watched, known_start);
     const bool at_event = result.run.status == Status::event;
     variation.follow(result.run.clock, result.run.mode);
     if (at_event && passed) {
@@ -617,11 +622,9 @@ segment(const Sys& sys, const GivenParams<Sys, D>& params, const Mode<surfaces_v
     detail::validate_forced(sys, mode, -1);
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
     variation.force(Clock<R>::at(value_of(t0), value_of(period(sys, p))), mode);
-    Listener<R, N, M> listener;
-    listener.step = [&](const auto& step, const auto&) { variation.take(step); };
-    listener.stop = stop;
+    const auto take = [&](const auto& step, const auto&) { variation.take(step); };
     const auto run = segment<Tableau>(sys, values_of(p), mode, values_of(x0), value_of(t0),
-                                      value_of(t_end), -1, settings, listener);
+                                      value_of(t_end), -1, settings, {.step = take, .stop = stop});
     VariedResult<D, N, M> result;
     result.run.status = run.status;
     result.run.clock = run.clock;

@@ -223,10 +223,10 @@ public:
         KnownStart<M> known;
         known.before.set(0, stretch.before);
         known.guard = stretch.guard;
-        Listener<double, N, M> listener;
+        Observer<double, N, M> observer;
         double since = stretch.t0;
         bool sliding = false;
-        listener.event = [&](const Event<double, N, M>& e) {
+        observer.event = [&](const Event<double, N, M>& e) {
             if (sliding)
                 end.slide_time += std::abs(e.t - since);
             since = e.t;
@@ -237,18 +237,16 @@ public:
             end.events += e.mode_before != e.mode_after || e.kind == EventKind::jump;
             end.slides += sliding && !was_sliding;
         };
-        listener.ends = [&](const Event<double, N, M>& e) {
+        observer.ends = [&](const Event<double, N, M>& e) {
             return stretch.ends_at_exit && e.kind == EventKind::exit_sliding;
         };
-        listener.stop = [&] { return worker.stopped(); };
+        observer.stop = [&] { return worker.stopped(); };
         const Vec<double, P> p = detail::vector_of(stretch.p);
         const Vec<double, N> x = detail::vector_of(stretch.x);
-        using Watched = AnySections<double, N, P>;
-        const Watched none;
-        StepsOf<Tableau, Sys, double, Watch<Sys, double, Watched>> steps;
-        const auto r = detail::Flow<Sys, double, Listener<double, N, M>, Watched>(
-                           sys_, p, stretch.t0, x, stretch.t0 + stretch.dt, settings, listener,
-                           none, known, steps)
+        const AnySections<double, N, P> none;
+        StepsOf<Tableau, Sys, double> steps;
+        const auto r = detail::Flow<Sys, double>(sys_, p, stretch.t0, x, stretch.t0 + stretch.dt,
+                                                 settings, observer, none, known, steps)
                            .run();
         end.status = r.status;
         end.clock = r.clock;

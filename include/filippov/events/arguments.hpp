@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filippov/events/guards.hpp>
-#include <filippov/run/observers.hpp>
 #include <filippov/run/settings.hpp>
 
 #include <string>
@@ -60,12 +59,6 @@ template <class Sec> void validate_sections(const Sec& watched) {
             if (!watched.callable(q))
                 refuse(name + ".value", 0, "expected a function, not an empty one");
     }
-}
-
-/// An observer may refuse a run for which it was not made.
-template <class Obs, class S> void validate_observer(Obs& observer, const S& t0, const S& t_end) {
-    if constexpr (requires { observer.prepare(t0, t_end); })
-        observer.prepare(t0, t_end);
 }
 
 } // namespace detail

@@ -30,15 +30,16 @@ template <class S> struct Found {
 
 /// The guards of a run, those of its user's sections among them. What asks for more of a step than
 /// was probed has its path as an argument.
-template <class Sys, class S, class Sec> class Watch {
+template <class Sys, class S> class Watch {
 public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
-    static constexpr int n_guards = 3 * M + Sec::capacity;
     using X = State<Sys, S>;
+    using Watched = AnySections<S, N, params_v<Sys>>;
+    static constexpr int n_guards = 3 * M + Watched::capacity;
 
     /// @param place  of the run, which must outlive this
-    Watch(const Place<Sys, S>& place, const Sec& sections)
+    Watch(const Place<Sys, S>& place, const Watched& sections)
         : at_(place), sections_(sections), declared_linear_(has_linear_h(place.sys)) {}
 
     /// Where the steps from here on are probed.
@@ -175,12 +176,12 @@ public:
         const S beyond = s_max(at_.sys, at_.p) - S(1);
         probe_margins(0, k, beyond + slide.below, beyond + slide.above, slide.w);
     }
-    FILIPPOV_INLINE void probe_sections(std::size_t k, const S& t, const X& x) {
-        if constexpr (Sec::capacity > 0)
-            for (int q = 0; q < sections_.size(); ++q) {
-                const int g = Guard<M>::first_section + q;
-                probe(g, k, raw_guard(g, t, x));
-            }
+    bool watches_sections() const { return sections_.size() > 0; }
+    void probe_sections(std::size_t k, const S& t, const X& x) {
+        for (int q = 0; q < sections_.size(); ++q) {
+            const int g = Guard<M>::first_section + q;
+            probe(g, k, raw_guard(g, t, x));
+        }
     }
     /// Looks at what was probed of a step that is tried. Returns the sum of all that was probed of
     /// every h off its surface: finite only if all of it is.
@@ -191,7 +192,7 @@ public:
                 trace(Guard<M>::below(j)).see(times);
                 total += trace(Guard<M>::below(j)).sum;
             }
-        if (slides_ || Sec::capacity > 0)
+        if (slides_ || watches_sections())
             for (const int g : active_guards())
                 if (!off_surface(g))
                     trace(g).see(times);
@@ -454,7 +455,7 @@ private:
     void list_active() {
         slides_ = at_.mode.sliding() > 0;
         n_active_ = 0;
-        for (int g = 0; g < n_guards; ++g)
+        for (int g = 0; g < Guard<M>::first_section + sections_.size(); ++g)
             if (active(g))
                 active_[idx(n_active_++)] = g;
         any_pace_ = false;
@@ -922,7 +923,7 @@ private:
     }
 
     const Place<Sys, S>& at_;
-    const Sec& sections_;
+    const Watched& sections_;
     const bool declared_linear_;
     std::array<GuardTrace, n_guards> traces_;
     std::array<Surface, std::size_t(M)> surfaces_{};

@@ -187,13 +187,12 @@ public:
 
     History run(double t0, const Vector& x, double t_end, const Vector& p) const override {
         History history;
-        Listener<double, N, M> listener;
-        listener.stop = interrupted_;
-        listener.event = [&](const Event<double, N, M>& e) {
+        const auto keep = [&](const Event<double, N, M>& e) {
             if (e.kind != EventKind::start && e.kind != EventKind::end)
                 history.events.push_back(happening(e));
         };
-        const auto r = flow<Tableau>(sys_, values_of(p), point(x), t0, t_end, settings_, listener);
+        const auto r = flow<Tableau>(sys_, values_of(p), point(x), t0, t_end, settings_,
+                                     {.event = keep, .stop = interrupted_});
         counters_ += r.counters;
         history.status = r.status;
         history.message = r.message();
@@ -213,9 +212,8 @@ public:
         known.held = leg.held;
         if (leg.boundary != 0)
             known.guard = leg.boundary < 0 ? Guard<M>::below(0) : Guard<M>::above(0);
-        const auto r =
-            flow<Tableau>(sys_, params_of<D>(p, along), state_of<D>(leg.x, along), D(leg.t0),
-                          D(leg.t_end), settings_, traveller, Sections<>{}, known);
+        const auto r = flow<Tableau>(sys_, params_of<D>(p, along), state_of<D>(leg.x, along),
+                                     D(leg.t0), D(leg.t_end), settings_, traveller, {}, known);
         counters_ += r.run.counters;
         journey.status = r.run.status;
         journey.message = r.run.message();
@@ -242,11 +240,20 @@ public:
 private:
     /// Observer of a journey.
     struct Traveller {
-        static constexpr bool wants_steps = false;
         const ErasedSystem& system;
         const Leg& leg;
         Journey& journey;
 
+        operator Observer<double, N, M>() {
+            return {.event = [this](const Event<double, N, M>& e) { on_event(e); },
+                    .ends =
+                        [this](const Event<double, N, M>& e) {
+                            return leg.ends && leg.ends(system.happening(e));
+                        },
+                    .stop = system.interrupted_};
+        }
+
+    private:
         void on_event(const Event<double, N, M>& e) {
             if (e.kind == EventKind::end)
                 return;
@@ -269,10 +276,6 @@ private:
                     lost += is_kind(system.sys_, j, SurfaceKind::jump) ? 2 : 1;
             return std::min(lost, system.n_);
         }
-        bool ends_at(const Event<double, N, M>& e) {
-            return leg.ends && leg.ends(system.happening(e));
-        }
-        bool interrupted() { return system.interrupted(); }
     };
     Happening happening(const Event<double, N, M>& e) const {
         return {e.kind, e.t,       cut(e.x_left), code_of(e.mode_before), code_of(e.mode_after),
@@ -333,16 +336,15 @@ private:
             }
             samples.push_back(sample);
         };
-        Listener<double, N, M> listener;
-        listener.stop = interrupted_;
-        listener.step = [&](const auto& step, const auto& path) {
+        const auto keep_step = [&](const auto& step, const auto& path) {
             if (samples.empty())
                 keep(step.clock, 0.0, step.x0);
             for (int k = 1; k <= 8; ++k)
                 keep(step.clock, step.dt * k / 8, k == 8 ? step.x1 : path(k / 8.0));
         };
-        counters_ +=
-            segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_, listener).counters;
+        counters_ += segment<Tableau>(sys_, q, m, point(x), t0, t1, -1, settings_,
+                                      {.step = keep_step, .stop = interrupted_})
+                         .counters;
         return samples;
     }
 

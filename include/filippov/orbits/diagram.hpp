@@ -73,20 +73,19 @@ template <class S, int N> struct DiagramValue {
 };
 
 /// Keeps the points of one run that it listens to.
-template <class S, int N, int M> class DiagramObserver {
+template <class S, int N, int M> class DiagramRecorder {
 public:
     /// @param period    of the forcing, 0 if there is none
     /// @param transient whole periods, or a time, before which nothing is kept
     /// @param skip      whether to leave out what repeats itself
-    DiagramObserver(const DiagramSection& section, const S& period, const S& transient, bool skip,
+    DiagramRecorder(const DiagramSection& section, const S& period, const S& transient, bool skip,
                     std::vector<DiagramPoint<S, N>>& points)
         : section_(section), period_(period), transient_(transient), skip_(skip && period > S(0)),
           points_(points), repeats_(period) {}
 
-    /// What the run is told; the observer must outlive it.
-    Listener<S, N, M> listener() {
-        Listener<S, N, M> all;
-        all.skip = [this](long long left) { return skip_periods(left); };
+    /// What is heard of the run, which this must outlive.
+    operator Observer<S, N, M>() {
+        Observer<S, N, M> all{.skip = [this](long long left) { return skip_periods(left); }};
         if (section_.strobe)
             all.step = [this](const auto& step, const auto& path) { on_step(step, path); };
         else
@@ -258,16 +257,16 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     }
     const S span = d.transient + d.keep;
     const S t_end = T > S(0) ? end_of_periods(span, T) : span;
-    DiagramObserver<S, N, M> observer(d.section, T, d.transient, d.skip_repeats, value.points);
-    Listener<S, N, M> listener = observer.listener();
+    DiagramRecorder<S, N, M> recorder(d.section, T, d.transient, d.skip_repeats, value.points);
+    Observer<S, N, M> observer = recorder;
     if (worker != nullptr)
-        listener.stop = [worker] { return worker->stopped(); };
-    const auto result = flow<Tableau>(sys, p, x0, S(0), t_end, d.run, listener, watched);
+        observer.stop = [worker] { return worker->stopped(); };
+    const auto result = flow<Tableau>(sys, p, x0, S(0), t_end, d.run, observer, watched);
     value.status = result.status;
     if (result.status != Status::ok)
         value.message = result.message();
-    value.cycle = observer.cycle();
-    value.skipped = observer.skipped();
+    value.cycle = recorder.cycle();
+    value.skipped = recorder.skipped();
     value.x_end = result.x;
     value.counters = result.counters;
 }

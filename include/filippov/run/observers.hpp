@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run leaves behind, chosen at compile time: what nobody asked for is neither computed nor
-// stored.
+// What is heard of a run. What nobody asks for is neither computed nor stored.
 #pragma once
 
 #include <filippov/methods/runge_kutta.hpp>
@@ -29,24 +28,6 @@ template <class S, int N, int M> struct StepView {
     const Mode<M>& mode;
 };
 
-/// An observer: `on_event(event)`, and if `wants_steps`, `on_step(view, path)` where path(theta) is
-/// the state at theta in [0, 1] of the step; the interpolant behind it is built at the first call.
-/// An optional `interrupted()` is asked now and then and ends the run with status `interrupted`; an
-/// optional `ends_at(event)` is asked at every event and ends the run with status `event`; an
-/// optional `skip_periods(left)`, asked after steps and events, says how many of the whole periods
-/// left the run need not follow. An optional `on_jump(clock, before, j, after)` hears of a jump of
-/// the state at surface j when it happens: the modes are the one before and the sides after, where
-/// a slide may follow. An optional `on_limit(clock, mode)` hears that events accumulated, after the
-/// step that leads past them, and in which mode the solution is held from there on. An optional
-/// `choose(verdict)` names one of a Verdict's options where the solution is not unique, -1 to leave
-/// that to the policy. An optional `prepare(t0, t_end)` is called before any work, and may refuse
-/// the run by std::invalid_argument.
-template <class O, class S, int N, int M>
-concept Observer = requires(O& o, const Event<S, N, M>& event) {
-    { O::wants_steps } -> std::convertible_to<bool>;
-    o.on_event(event);
-};
-
 /// The path of a step, called through pointers.
 template <class S, int N> class StepPath {
 public:
@@ -73,55 +54,43 @@ private:
     void (*store_)(void*, Kept&);
 };
 
-/// Whoever wants to hear of a run without the engine being compiled for him. All runs of a system
-/// and method that are heard by listeners share one engine (AnySections); the calls cost some
-/// nanoseconds a step.
-template <class S, int N, int M> struct Listener {
-    static constexpr bool wants_steps = true;
-    // each may be empty
-    std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
+/// What a run tells and asks, each a function or empty: {.event = [&](const auto& e) { ... }}.
+template <class S, int N, int M> struct Observer {
+    /// Before any work; may refuse the run by std::invalid_argument.
+    std::function<void(const S& t0, const S& t_end)> begin{};
+    /// Every event, in the order of the run.
     std::function<void(const Event<S, N, M>&)> event{};
+    /// Every accepted step; path(theta) is the state at theta in [0, 1] of it. The interpolant
+    /// behind the path is built at the first call.
+    std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
+    /// Asked at every event: true ends the run there, with status `event`.
     std::function<bool(const Event<S, N, M>&)> ends{};
+    /// Asked now and then: true ends the run, with status `interrupted`.
     std::function<bool()> stop{};
-    std::function<long long(long long)> skip{};
-    std::function<int(const Verdict<M>&)> chooser{};
-    std::function<void(const Clock<S>&, const Mode<M>&, int, const Mode<M>&)> jump{};
+    /// Asked where the solution is not unique: the number of one of the options, or -1 to leave it
+    /// to the policy.
+    std::function<int(const Verdict<M>&)> choose{};
+    /// The state jumps at surface j: the mode before, and the sides after, where a slide may
+    /// follow.
+    std::function<void(const Clock<S>&, const Mode<M>& before, int j, const Mode<M>& after)> jump{};
+    /// Events accumulated, told after the step that leads past them: the mode in which the solution
+    /// is held from there on.
     std::function<void(const Clock<S>&, const Mode<M>&)> limit{};
-
-    void on_event(const Event<S, N, M>& e) {
-        if (event)
-            event(e);
-    }
-    template <class Path> void on_step(const StepView<S, N, M>& view, Path& path) {
-        if (step)
-            step(view, StepPath<S, N>(path));
-    }
-    bool ends_at(const Event<S, N, M>& e) { return ends && ends(e); }
-    bool interrupted() { return stop && stop(); }
-    long long skip_periods(long long left) { return skip ? skip(left) : 0; }
-    int choose(const Verdict<M>& verdict) { return chooser ? chooser(verdict) : -1; }
-    void on_limit(const Clock<S>& clock, const Mode<M>& mode) {
-        if (limit)
-            limit(clock, mode);
-    }
-    void on_jump(const Clock<S>& clock, const Mode<M>& before, int j, const Mode<M>& after) {
-        if (jump)
-            jump(clock, before, j, after);
-    }
+    /// Asked after steps and events: how many of the whole periods left need not be followed.
+    std::function<long long(long long left)> skip{};
 };
 
-/// Keeps nothing: the result of the run is its final state.
-struct Nothing {
-    static constexpr bool wants_steps = false;
-    void on_event(const auto&) {}
-};
+/// An observer of runs of a system.
+template <class Sys, class S>
+using ObserverOf = std::type_identity_t<Observer<S, dim_v<Sys>, surfaces_v<Sys>>>;
 
 /// Keeps the event log.
 template <class S, int N, int M> struct EventLog {
-    static constexpr bool wants_steps = false;
     std::vector<Event<S, N, M>> events;
 
-    void on_event(const Event<S, N, M>& event) { events.push_back(event); }
+    operator Observer<S, N, M>() {
+        return {.event = [this](const Event<S, N, M>& event) { events.push_back(event); }};
+    }
 };
 
 /// Keeps the state at given times, and the events. Of a run that ended early there are the states
@@ -131,13 +100,20 @@ template <class S, int N, int M> struct EventLog {
 /// rising, or falling where it runs backwards. A time that is there twice is kept twice.
 /// @error std::invalid_argument, by the run, for other times
 template <class S, int N, int M> struct OutputTimes {
-    static constexpr bool wants_steps = true;
     std::span<const S> times;
     std::vector<Vec<S, N>> states{};
     std::vector<Mode<M>> modes{};
     std::vector<Event<S, N, M>> events{};
 
-    void prepare(const S& t0, const S& t_end) {
+    operator Observer<S, N, M>() {
+        return {.begin = [this](const S& t0, const S& t_end) { begin(t0, t_end); },
+                .event = [this](const Event<S, N, M>& event) { on_event(event); },
+                .step = [this](const StepView<S, N, M>& step,
+                               const StepPath<S, N>& path) { on_step(step, path); }};
+    }
+
+private:
+    void begin(const S& t0, const S& t_end) {
         states.clear();
         modes.clear();
         events.clear();
@@ -161,7 +137,7 @@ template <class S, int N, int M> struct OutputTimes {
             while (states.size() < times.size() && times[states.size()] == event.t)
                 keep(event.x_right, event.mode_after);
     }
-    template <class Path> void on_step(const StepView<S, N, M>& step, Path& path) {
+    void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
         for (; states.size() < times.size();) {
             const S theta =
                 step.clock.until(Clock<S>::at(times[states.size()], step.clock.period)) / step.dt;
@@ -170,8 +146,6 @@ template <class S, int N, int M> struct OutputTimes {
             keep(theta <= S(0) ? step.x0 : theta == S(1) ? step.x1 : path(theta), step.mode);
         }
     }
-
-private:
     void keep(const Vec<S, N>& x, const Mode<M>& mode) {
         states.push_back(x);
         modes.push_back(mode);

@@ -12,16 +12,17 @@
 namespace filippov {
 
 /// A step over [clock, clock + dt] by the method, its interpolant built when first asked for.
-template <class Sys, class S, class Guards> struct TrialPath {
+template <class Sys, class S> struct TrialPath {
     static constexpr int N = dim_v<Sys>;
     using X = State<Sys, S>;
+    using Guards = Watch<Sys, S>;
     static constexpr bool by_method = true;
     static constexpr bool exact_probes = false; ///< stages are crude
     static constexpr bool vouched = false;
 
     const Place<Sys, S>& at; ///< where the step starts
     Guards& guards;
-    Steps<Sys, S, Guards>& steps;
+    Steps<Sys, S>& steps;
     Counters& counters;
     bool slides;
     S dt;
@@ -33,8 +34,8 @@ template <class Sys, class S, class Guards> struct TrialPath {
     int terms = 0; ///< of it
 
     /// Takes the step.
-    FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Guards& probed,
-                              Steps<Sys, S, Guards>& method, Counters& all, const S& step)
+    FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Guards& probed, Steps<Sys, S>& method,
+                              Counters& all, const S& step)
         : at(place), guards(probed), steps(method), counters(all),
           slides(place.mode.sliding() > 0) {
         take(step, true);
@@ -178,7 +179,7 @@ template <class Sys, class S> struct ClosedFormPath {
         return at.sys.sliding_flow(at.clock.local, at.x, at.p, S(theta * dt));
     }
     /// Probes the guards along the window, up to its end.
-    template <class Guards> void probe(Guards& guards) {
+    void probe(Watch<Sys, S>& guards) {
         for (std::size_t k = 1; k <= times.n; ++k) {
             const S theta = times.theta[k];
             const S t = at.clock.local + theta * dt;

@@ -50,7 +50,6 @@ template <int Side, class Sys, class S, class Guards> struct SideField {
         else
             for (int j = 0; j < M; ++j)
                 guards.probe(Guard<M>::below(j), k, h[j]);
-        guards.probe_sections(k, t, x);
     }
     FILIPPOV_INLINE X operator()(std::size_t k, const S& t, const X& x) {
         probe(k, t, x);
@@ -83,7 +82,6 @@ template <class Sys, class S, class Guards> struct SlideField {
                 else
                     guards.probe(Guard<M>::below(j), k, h[j]);
         }
-        guards.probe_sections(k, t, x);
         return now.f;
     }
     auto slopes(const S& t, const X& x) const { return detail::slopes_at(at, t, x); }
@@ -98,9 +96,9 @@ private:
     }
 };
 
-/// Calls use(rhs) with the field of the current mode.
+/// Calls use(rhs) with the field of the current mode, which probes all guards but sections.
 template <class Sys, class S, class Guards, class Use>
-FILIPPOV_INLINE void probed_field(const Place<Sys, S>& at, Guards& guards, Use use) {
+FILIPPOV_INLINE void field_of_mode(const Place<Sys, S>& at, Guards& guards, Use use) {
     if (at.mode.sliding() > 0)
         return use(SlideField<Sys, S, Guards>{at, guards});
     if constexpr (HasSides<Sys, S>) {
@@ -111,6 +109,36 @@ FILIPPOV_INLINE void probed_field(const Place<Sys, S>& at, Guards& guards, Use u
     } else {
         use(SideField<0, Sys, S, Guards>{at, guards});
     }
+}
+
+/// The field of the current mode where sections are watched. It is called, not inlined: sections
+/// are functions behind pointers, beside which that costs little, and whoever has none has no trace
+/// of them in his loop.
+template <class Sys, class S, class Guards> struct WatchedField {
+    using X = State<Sys, S>;
+
+    const Place<Sys, S>& at;
+    Guards& guards;
+
+    FILIPPOV_NOINLINE void probe(std::size_t k, const S& t, const X& x) {
+        field_of_mode(at, guards, [&](auto&& rhs) { rhs.probe(k, t, x); });
+        guards.probe_sections(k, t, x);
+    }
+    FILIPPOV_NOINLINE X operator()(std::size_t k, const S& t, const X& x) {
+        X f;
+        field_of_mode(at, guards, [&](auto&& rhs) { f = rhs(k, t, x); });
+        guards.probe_sections(k, t, x);
+        return f;
+    }
+    auto slopes(const S& t, const X& x) const { return detail::slopes_at(at, t, x); }
+};
+
+/// Calls use(rhs) with the field of the current mode, which probes all guards.
+template <class Sys, class S, class Guards, class Use>
+FILIPPOV_INLINE void probed_field(const Place<Sys, S>& at, Guards& guards, Use use) {
+    if (guards.watches_sections()) [[unlikely]]
+        return use(WatchedField<Sys, S, Guards>{at, guards});
+    field_of_mode(at, guards, use);
 }
 
 } // namespace filippov

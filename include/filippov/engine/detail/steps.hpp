@@ -4,7 +4,7 @@
 #pragma once
 
 #include <filippov/engine/detail/probed_field.hpp>
-#include <filippov/events/guards.hpp>
+#include <filippov/events/watch.hpp>
 #include <filippov/methods/control.hpp>
 #include <filippov/methods/runge_kutta.hpp>
 
@@ -43,11 +43,12 @@ template <class S> struct Judged {
 };
 
 /// The steps of some method from a place; that and the guards are arguments of each call.
-template <class Sys, class S, class Guards> class Steps {
+template <class Sys, class S> class Steps {
 public:
     static constexpr int N = dim_v<Sys>;
     using X = State<Sys, S>;
     using At = Place<Sys, S>;
+    using Guards = Watch<Sys, S>;
 
     Steps(const Steps&) = delete;
     Steps& operator=(const Steps&) = delete;
@@ -97,11 +98,11 @@ private:
 };
 
 /// The steps of one.
-template <class Tableau, class Sys, class S, class Guards>
-class StepsOf final : public Steps<Sys, S, Guards> {
-    using Base = Steps<Sys, S, Guards>;
+template <class Tableau, class Sys, class S> class StepsOf final : public Steps<Sys, S> {
+    using Base = Steps<Sys, S>;
     using Base::N;
     using typename Base::At;
+    using typename Base::Guards;
     using typename Base::X;
     using Stepper = typename Tableau::template Stepper<S, N>;
     static constexpr MethodFacts facts_of = MethodFacts::of<Tableau, Stepper>();
@@ -114,8 +115,8 @@ public:
     FILIPPOV_FLATTEN Judged<S> take(const At& __restrict at, Guards& __restrict guards, S dt,
                                     X& __restrict x1, bool judge) override {
         if constexpr (!Stepper::probes_stages) {
-            probed_field(at, guards,
-                         [&](auto&& rhs) { rk_.step(rhs, at.clock.local, at.x, dt, x1); });
+            field_of_mode(at, guards,
+                          [&](auto&& rhs) { rk_.step(rhs, at.clock.local, at.x, dt, x1); });
             return {};
         } else {
             probed_field(at, guards, [&](auto&& rhs) FILIPPOV_LAMBDA_INLINE {
@@ -135,7 +136,7 @@ public:
                     Interpolant<S, N, 8>& polynomial) override {
         using Polynomial = typename Stepper::Polynomial;
         Polynomial p;
-        probed_field(at, guards, [&](auto&& rhs) {
+        field_of_mode(at, guards, [&](auto&& rhs) {
             auto field = bare(rhs);
             p = rk_.interpolant(field, at.clock.local, at.x, dt, x1);
         });
@@ -149,7 +150,7 @@ public:
         if constexpr (Tableau::extra_stages > 0) {
             Stepper third;
             X x = at.x, slope = rk_.k[0];
-            probed_field(at, guards, [&](auto&& rhs) {
+            field_of_mode(at, guards, [&](auto&& rhs) {
                 auto field = bare(rhs);
                 for (std::size_t j = 0; j < 2; ++j) {
                     const S t = at.clock.local + S(j) / S(3) * dt;
