@@ -54,8 +54,10 @@ private:
         t_ = t, y_ = y, v_ = v;
         largest = std::max({largest, std::abs(y), std::abs(v)});
     }
+    /// A flight has one step at least, and that errs by the nudge: however short it is, its landing
+    /// is told no better than its height.
     void leave(Long t, Long y, Long v) {
-        set(t, y, v);
+        set(t, y + std::abs(nudge_), v);
         resting_ = false;
         taken_off_ = true;
         changes.emplace_back(t, 1);

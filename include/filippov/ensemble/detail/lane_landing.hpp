@@ -34,11 +34,12 @@ template <class Correction> Target(double, Correction) -> Target<Correction>;
 
 /// Shortens steps until they end on a target, by Newton on their length; the last correction is a
 /// Taylor step, once its error is below a hundredth of the tolerance.
-/// @param d   first guess of the length
-/// @param at  the whole step; where this succeeds, the shortened one
-/// @return    where it does
-template <class Sys, int W, int N, class Rk, class Rhs, class Correction>
-LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<W> d,
+/// @param take  takes a step of some length to x1
+/// @param d     first guess of the length
+/// @param at    the whole step; where this succeeds, the shortened one
+/// @return      where it does
+template <class Sys, int W, int N, class Rk, class Take, class Correction>
+LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, const Rk& rk, const Take& take, Lanes<W> d,
                  const LaneMask<W>& wanted, Landing<W, N>& at, const Target<Correction>& target) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
@@ -47,7 +48,7 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, Rk& rk, Rhs& rhs, Lanes<
     Mask todo = wanted & g.members(), done(false);
     for (int k = 0; k < 8 && any(todo); ++k) {
         Landing<W, N> tried;
-        rk.step(rhs, t, x, d, tried.x);
+        take(d, tried.x);
         run.counters.landings += std::popcount(todo.word());
         tried.field = rk.k[Rk::last];
         tried.dt = d;
@@ -126,8 +127,9 @@ template <int W, int N> struct Contact {
 /// @tparam Side   from which the solution comes; 0: it starts here
 /// @param  where  it took all of the step `at`; elsewhere none
 template <int Side, class Sys, int W, int N>
-Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, const Landing<W, N>& at,
-                    const LaneMask<W>& where) {
+FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g,
+                                                       const Landing<W, N>& at,
+                                                       const LaneMask<W>& where) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     const Sys& sys = run.sys;
@@ -194,8 +196,9 @@ template <int W, int N> struct Exit {
 /// @param sign   +1 where the slide leaves below, -1 above
 /// @param slope  of s_max + sign s along the slide
 template <class Sys, int W, int N>
-Exit<W, N> judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x,
-                     const Lanes<W>& t, const Lanes<W>& sign, const Lanes<W>& slope) {
+FILIPPOV_FLATTEN FILIPPOV_NOINLINE Exit<W, N>
+judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x, const Lanes<W>& t,
+          const Lanes<W>& sign, const Lanes<W>& slope) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     const auto& p = g.p();

@@ -207,16 +207,15 @@ public:
         const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
         Rk rk;
         rk.k[0] = g.k0();
-        const auto rhs = [&](std::size_t, const T& tau, const X& y)
-                             FILIPPOV_LAMBDA_INLINE { return slide_at(tau, y, p, size).f; };
+        const auto take = [&](const T& d, X& x1) { take_again(rk, g, size, d, x1); };
         Landing full;
         full.dt = dt;
-        rk.step(rhs, t, x, dt, full.x);
+        take(dt, full.x);
         const X raw = full.x;
         full.x = project(sys_, 0, t + dt, full.x, p, size);
         const Mask lost = surface_lost(raw, full.x, size);
         full.field = rk.k[Rk::last];
-        const auto path = rk.interpolant(rhs, t, x, dt, full.x);
+        const auto path = path_of(rk, g, size, dt, full.x);
         const auto slide_in = [&](const T& u) {
             return slide_at(fused(u, dt, t), path(u), p, size);
         };
@@ -257,7 +256,7 @@ public:
                                       return -fused(sign, s1, limit) / slope;
                                   }};
         Landing at = full;
-        const Mask landed = land(run_, g, rk, rhs, u * dt, ends, at, end_of_slide);
+        const Mask landed = land(run_, g, rk, take, u * dt, ends, at, end_of_slide);
         const auto exit = judge_end(run_, g, at.x, t + at.dt, sign, slope);
         const Mask leaves = landed & exit.plain & finite(sum(at.x));
 
@@ -278,10 +277,25 @@ public:
     }
 
 private:
+    /// A step of the group once more, and its interpolant. No part of their caller: see Slip.
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE void take_again(Rk& rk, const Group& g, const X& size,
+                                                       const T& dt, X& x1) const {
+        const auto field = field_of(g.p(), size);
+        rk.step(field, g[time], g.x(), dt, x1);
+    }
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE auto path_of(Rk& rk, const Group& g, const X& size,
+                                                    const T& dt, const X& x1) const {
+        const auto field = field_of(g.p(), size);
+        return rk.interpolant(field, g[time], g.x(), dt, x1);
+    }
+    auto field_of(const Q& p, const X& size) const {
+        return [this, &p, &size](std::size_t, const T& tau, const X& y)
+                   FILIPPOV_LAMBDA_INLINE { return slide_at(tau, y, p, size).f; };
+    }
     /// The slide at a point, which is put on the surface first, so that the fields need not exist
-    /// off it.
-    FILIPPOV_INLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
-                                             const X& size) const {
+    /// off it. Called by each stage: two fields, h and its gradient are worth a call.
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
+                                                                const X& size) const {
         return sliding(sys_, Mode<1>{}, t, toward_surface(sys_, 0, t, x, p, size), p);
     }
     /// True if the surface has moved away from the step's end: by more than ten times what the step

@@ -119,11 +119,8 @@ public:
         const Q& p = g.p();
         Rk rk;
         rk.k[0] = g.k0();
-        const auto rhs = [&](std::size_t, const T& tau, const X& y)
-                             FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
         Landing at{g.x(), g.k0(), g[trial]};
-        const Mask landed =
-            land(run_, g, rk, rhs, foreseen<Side>(g, p), Mask(true), at, surface_ahead(g, p));
+        const Mask landed = land_on_surface<Side>(rk, g, foreseen<Side>(g, p), Mask(true), at);
         const Contact contact = judge<Side>(run_, g, at, landed);
         const Mask met = landed & contact.plain;
         advance(g, at.dt, met);
@@ -140,14 +137,12 @@ public:
         const T t = g[time], dt = g[trial];
         Rk rk;
         rk.k[0] = g.k0();
-        const auto rhs = [&](std::size_t, const T& tau, const X& y)
-                             FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
         Landing at;
         at.dt = dt;
-        rk.step(rhs, t, g.x(), dt, at.x);
+        take_again<Side>(rk, g, dt, at.x);
         const X full = at.x, full_field = rk.k[Rk::last];
         at.field = full_field;
-        const auto path = rk.interpolant(rhs, t, g.x(), dt, full);
+        const auto path = path_of<Side>(rk, g, dt, full);
         run_.counters.searches += std::popcount(g.active);
 
         const Mask rooted = g[start_order] > T(0), twice = g[start_order] > T(1);
@@ -164,8 +159,7 @@ public:
             look.hard = look.hard | (look.found & ~falls_smoothly(at_root, guard));
             look.settle();
         }
-        const Mask landed =
-            land(run_, g, rk, rhs, at_root * dt, look.found, at, surface_ahead(g, p));
+        const Mask landed = land_on_surface<Side>(rk, g, at_root * dt, look.found, at);
         const Contact contact = judge<Side>(run_, g, at, landed);
 
         const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
@@ -185,6 +179,37 @@ public:
     }
 
 private:
+    /// A step of the group once more, not probed. No part of its callers: these take it in several
+    /// places, and a step is the largest piece of code there is.
+    template <int Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE void take_again(Rk& rk, const Group& g, const T& dt,
+                                                       X& x1) const {
+        const auto field = field_of<Side>(g.p());
+        rk.step(field, g[time], g.x(), dt, x1);
+    }
+    /// The interpolant over it, the same.
+    template <int Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE auto path_of(Rk& rk, const Group& g, const T& dt,
+                                                    const X& x1) const {
+        const auto field = field_of<Side>(g.p());
+        return rk.interpolant(field, g[time], g.x(), dt, x1);
+    }
+    /// Shortens a step until it ends where h is zero: see `land`.
+    template <int Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE Mask land_on_surface(Rk& rk, const Group& g, const T& d,
+                                                            const Mask& wanted, Landing& at) const {
+        const Q& p = g.p();
+        const auto take = [&](const T& length, X& x1) { take_again<Side>(rk, g, length, x1); };
+        const auto to_surface = [&](const Landing& tried) {
+            const T end = g[time] + tried.dt;
+            return -h(end, tried.x, p) / normal_component(sys_, 0, end, tried.x, p, tried.field);
+        };
+        return land(run_, g, rk, take, d, wanted, at, Target{1e-3, to_surface});
+    }
+    template <int Side> auto field_of(const Q& p) const {
+        return [this, &p](std::size_t, const T& tau, const X& y)
+                   FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
+    }
     template <int Side> FILIPPOV_INLINE X side(const T& t, const X& x, const Q& p) const {
         if constexpr (Side < 0)
             return sys_.f1(t, x, p);
@@ -301,14 +326,6 @@ private:
             u = min(max(u - value / slope, T(0)), T(1));
         }
         return u * dt;
-    }
-    /// Where h is zero.
-    auto surface_ahead(const Group& g, const Q& p) const {
-        return Target{1e-3, [this, t = g[time], &p](const Landing& at) {
-                          const T end = t + at.dt;
-                          return -h(end, at.x, p) /
-                                 normal_component(sys_, 0, end, at.x, p, at.field);
-                      }};
     }
 
     Run<Sys>& run_;
