@@ -157,7 +157,7 @@ public:
             solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
     }
 
-    operator Observer<double, N, M>() {
+    operator Observer<double, N, M>() & {
         return {.event = [this](const Event<double, N, M>& event) { on_event(event); },
                 .step = [this](const StepView<double, N, M>& step,
                                const StepPath<double, N>& path) { on_step(step, path); },

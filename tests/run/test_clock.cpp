@@ -46,7 +46,7 @@ TEST_CASE("clock: a million periods backwards cost no digit of the phase", "[clo
     CHECK(phase_error(-T / steps_a_period) <= 2);
 }
 
-TEST_CASE("clock: without a period ten million steps lose {}, and come back to where they started",
+TEST_CASE("clock: without a period ten million steps lose nothing, and come back to where they started",
           "[clock]") {
     auto c = Clock<double>::at(0, 0);
     const double dt = 0.1;

@@ -77,7 +77,8 @@ private:
 template <class S, int N, int M>
 Observer<S, N, M> scripted(Observer<S, N, M> observer, Script<S, M>& script) {
     observer.event = [tell = std::move(observer.event), &script](const Event<S, N, M>& event) {
-        tell(event);
+        if (tell)
+            tell(event);
         if (event.alternatives > 0)
             script.note(event.t);
     };

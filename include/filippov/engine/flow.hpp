@@ -43,7 +43,7 @@ public:
             if (stop.guard < 0)
                 break;
             status = handle(stop);
-            if (observer_.ends && status == Status::ok && pending_ && observer_.ends(held_))
+            if (status == Status::ok && ends_here())
                 status = Status::event;
             segment_.let_observer_skip();
         }
@@ -183,6 +183,7 @@ private:
         for (int q = 0; q < sections_.size(); ++q) {
             if (segment_.watch().section_value(q) == S(0))
                 log(EventKind::section, q, segment_.mode(), X(segment_.x()));
+            asked_ = true;
             segment_.watch().start_section(q);
         }
     }
@@ -200,7 +201,7 @@ private:
                                  j);
         alternatives_ = v.unique ? 0 : v.n_options;
         if (!v.unique) {
-            const int chosen = observer_.choose ? observer_.choose(v) : -1;
+            const int chosen = choice(v);
             const NonUnique policy = settings_.on_nonunique;
             // The one option there is may be to stay where nothing attracts.
             const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
@@ -232,6 +233,15 @@ private:
                 segment_.watch().start_root(Guard<M>::above(k), v.starts.above[i]);
         }
         return Status::ok;
+    }
+    /// What the observer chooses, -1: nothing.
+    int choice(const Verdict<M>& v) const {
+        const int chosen = observer_.choose ? observer_.choose(v) : -1;
+        if (!(chosen >= -1 && chosen < v.kept()))
+            refuse("choose", chosen,
+                   "expected -1, or the number of an option, of which there are " +
+                       std::to_string(v.kept()));
+        return chosen;
     }
     /// True if all of these surfaces could hold the state at once, contact with its speed included.
     bool independent_here(const SurfaceSet<M>& on) const {
@@ -568,6 +578,8 @@ private:
         return rest_ahead(true);
     }
     FILIPPOV_COLD Status leap(const Rest& rest) {
+        if (ends_here())
+            return Status::ok;
         const Mode<M> before = segment_.mode();
         const X x_left = segment_.x();
         segment_.leap(rest.after, rest.x);
@@ -770,14 +782,24 @@ private:
             --segment_.counters().events;
             pending_changes_ = e.mode_before != e.mode_after;
             held_ = e;
+            asked_ = false;
             return;
         }
         flush();
         held_ = e;
         pending_ = true;
+        asked_ = false;
         pending_changes_ = changes;
     }
+    /// True if the observer ends the run at an event that was logged since it was asked last.
+    bool ends_here() {
+        if (pending_ && !asked_ && observer_.ends)
+            over_ = observer_.ends(held_) || over_;
+        asked_ = true;
+        return over_;
+    }
     void flush() {
+        ends_here();
         if (pending_)
             tell(held_);
         pending_ = false;
@@ -796,6 +818,8 @@ private:
     Segment<Sys, S> segment_;
     Event<S, N, M> held_{};
     bool pending_ = false, pending_changes_ = false;
+    bool asked_ = true; ///< the observer, whether the run ends at the event that is held back
+    bool over_ = false; ///< it does
     std::array<bool, Watched::capacity> met_{}; ///< sections that were met, and when last
     std::array<Clock<S>, Watched::capacity> met_at_{};
     SurfaceSet<M> contacts_{}; ///< that the last event was on
@@ -817,7 +841,7 @@ private:
 /// @param params    shape (n_params,); `{}`: the defaults
 /// @param x0        start, shape (dim,)
 /// @param observer  what to hear of the run: `{}`, one of Observer, EventLog, OutputTimes
-/// @param watched   user sections, see event.hpp
+/// @param watched   user sections, 16 at most, see event.hpp
 /// @param known_start   the event at which the run starts, if that is known
 /// @return          status, last state, counters
 /// @error           std::invalid_argument for a start, span or settings that make no sense; all

@@ -853,6 +853,7 @@ template <class S, int N, int M> struct SegmentResult {
 /// @param target  Guard<M>::below(j): h_j = 0, or in a slide s = -1; Guard<M>::above(j): s = +1;
 /// -1: none.
 ///                A target that is zero at the start is not found there.
+/// @param observer  hears of steps alone, see Observer
 /// @error std::invalid_argument as in `flow`; else a Status
 template <class Tableau, class Sys, std::floating_point S>
 SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>>

@@ -99,7 +99,7 @@ template <class Sys, class S, bool Dense> struct Recorder {
     static constexpr int M = surfaces_v<Sys>;
     Trajectory<Sys, S>& trajectory;
 
-    operator Observer<S, N, M>() {
+    operator Observer<S, N, M>() & {
         return {.event = [this](const Event<S, N, M>& event) { on_event(event); },
                 .step = [this](const StepView<S, N, M>& step,
                                const StepPath<S, N>& path) { on_step(step, path); }};

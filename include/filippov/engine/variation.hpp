@@ -513,6 +513,7 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 /// the event that ended the run: a terminal section, or one that `observer.ends`. There t has
 /// derivatives, too.
 /// @param settings  in plain numbers: the run is the plain one
+/// @param observer  of the plain run
 /// @error  as the plain run; status `step_too_small` where derivatives want far shorter steps than
 ///         the solution, which rests while its neighbours are stiff
 /// @return `singular` where a surface was met tangentially within the tolerance: derivatives are
@@ -533,11 +534,16 @@ flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>
     validate_start(values_of(x0), value_of(t0), value_of(t_end), values_of(p), given_params(sys));
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings, known_start.held);
     int section = -1; // the last one met
-    // what `ends_at` ended the run at: a change of mode, or an event without one
+    // what `ends` ended the run at: a change of mode, or an event without one
     bool passed = false, touched = false;
     VariedResult<D, N, M> result;
-    Observer<R, N, M> both = observer;
-    both.skip = nullptr; // derivatives do not repeat with the solution
+    Observer<R, N, M> both; // (its functions are called, not copied: they may count)
+    if (observer.begin)
+        both.begin = [&](const R& from, const R& to) { observer.begin(from, to); };
+    if (observer.stop)
+        both.stop = [&] { return observer.stop(); };
+    if (observer.choose)
+        both.choose = [&](const auto& verdict) { return observer.choose(verdict); };
     both.step = [&](const auto& step, const auto& path) {
         variation.take(step);
         if (observer.step)
@@ -607,7 +613,7 @@ flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>
 
 /// `segment` in dual numbers, from t0 to t_end: a forced mode and no target.
 ///
-/// @param stop  may be empty; asked now and then, and true ends the segment with `interrupted`
+/// @param stop  may be empty; as in Observer: true ends the segment with `interrupted`
 template <class Tableau, class Sys, DualNumber D>
 VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
 segment(const Sys& sys, const GivenParams<Sys, D>& params, const Mode<surfaces_v<Sys>>& mode,

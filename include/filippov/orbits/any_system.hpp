@@ -244,7 +244,7 @@ private:
         const Leg& leg;
         Journey& journey;
 
-        operator Observer<double, N, M>() {
+        operator Observer<double, N, M>() & {
             return {.event = [this](const Event<double, N, M>& e) { on_event(e); },
                     .ends =
                         [this](const Event<double, N, M>& e) {

@@ -84,7 +84,7 @@ public:
           points_(points), repeats_(period) {}
 
     /// What is heard of the run, which this must outlive.
-    operator Observer<S, N, M>() {
+    operator Observer<S, N, M>() & {
         Observer<S, N, M> all{.skip = [this](long long left) { return skip_periods(left); }};
         if (section_.strobe)
             all.step = [this](const auto& step, const auto& path) { on_step(step, path); };

@@ -54,29 +54,41 @@ private:
     void (*store_)(void*, Kept&);
 };
 
-/// What a run tells and asks, each a function or empty: {.event = [&](const auto& e) { ... }}.
+/// What a run tells and asks: a set of functions, each of which may be empty,
+/// {.event = [&](const auto& e) { ... }, .stop = [&] { ... }}, in the order in which they stand
+/// here.
+///
+/// They are copied: an object with a state of its own is captured by reference, or converts to an
+/// observer as EventLog does. What they are given lives as long as the call. `segment` tells steps
+/// alone, and asks `begin`, `stop` and `skip`.
 template <class S, int N, int M> struct Observer {
     /// Before any work; may refuse the run by std::invalid_argument.
     std::function<void(const S& t0, const S& t_end)> begin{};
-    /// Every event, in the order of the run.
+    /// Every event, in the order of the run. One is held back until the next or the end, since two
+    /// changes of mode at one time are one: the steps after it are told before it.
     std::function<void(const Event<S, N, M>&)> event{};
     /// Every accepted step; path(theta) is the state at theta in [0, 1] of it. The interpolant
     /// behind the path is built at the first call.
     std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
-    /// Asked at every event: true ends the run there, with status `event`.
+    /// Asked at every event but the first and the last points of a run, and before `event` tells of
+    /// it: true ends the run there, with status `event`.
     std::function<bool(const Event<S, N, M>&)> ends{};
-    /// Asked now and then: true ends the run, with status `interrupted`.
+    /// Asked every 256 trials of a step, and where a run fails: true ends it, with status
+    /// `interrupted`.
     std::function<bool()> stop{};
-    /// Asked where the solution is not unique: the number of one of the options, or -1 to leave it
-    /// to the policy.
+    /// Asked where the solution is not unique: k for `verdict.option[k]`, k < `verdict.kept()`, or
+    /// -1 to leave it to the policy.
+    /// @error std::invalid_argument, by the run, for other numbers
     std::function<int(const Verdict<M>&)> choose{};
     /// The state jumps at surface j: the mode before, and the sides after, where a slide may
-    /// follow.
+    /// follow. Told at once.
     std::function<void(const Clock<S>&, const Mode<M>& before, int j, const Mode<M>& after)> jump{};
     /// Events accumulated, told after the step that leads past them: the mode in which the solution
     /// is held from there on.
     std::function<void(const Clock<S>&, const Mode<M>&)> limit{};
-    /// Asked after steps and events: how many of the whole periods left need not be followed.
+    /// Asked after steps and events of a run forwards with a period: how many of the whole periods
+    /// left need not be followed. (Not of a run in dual numbers: derivatives do not repeat with the
+    /// solution.)
     std::function<long long(long long left)> skip{};
 };
 
@@ -88,7 +100,7 @@ using ObserverOf = std::type_identity_t<Observer<S, dim_v<Sys>, surfaces_v<Sys>>
 template <class S, int N, int M> struct EventLog {
     std::vector<Event<S, N, M>> events;
 
-    operator Observer<S, N, M>() {
+    operator Observer<S, N, M>() & {
         return {.event = [this](const Event<S, N, M>& event) { events.push_back(event); }};
     }
 };
@@ -105,7 +117,7 @@ template <class S, int N, int M> struct OutputTimes {
     std::vector<Mode<M>> modes{};
     std::vector<Event<S, N, M>> events{};
 
-    operator Observer<S, N, M>() {
+    operator Observer<S, N, M>() & {
         return {.begin = [this](const S& t0, const S& t_end) { begin(t0, t_end); },
                 .event = [this](const Event<S, N, M>& event) { on_event(event); },
                 .step = [this](const StepView<S, N, M>& step,
