@@ -46,8 +46,9 @@ TEST_CASE("clock: a million periods backwards cost no digit of the phase", "[clo
     CHECK(phase_error(-T / steps_a_period) <= 2);
 }
 
-TEST_CASE("clock: without a period ten million steps lose nothing, and come back to where they started",
-          "[clock]") {
+TEST_CASE(
+    "clock: without a period ten million steps lose nothing, and come back to where they started",
+    "[clock]") {
     auto c = Clock<double>::at(0, 0);
     const double dt = 0.1;
     const long long n = 10'000'000;
