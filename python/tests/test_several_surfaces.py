@@ -116,7 +116,7 @@ def test_a_chain_has_orbits_and_multipliers(tmp_path):
     assert orbit.success
     assert orbit.stable
     assert orbit.word == "0- -- -0 --"
-    # shooting in forced modes against the derivatives of the engine's own run
+    # shooting in prescribed modes against the derivatives of the engine's own run
     shot = np.sort(np.abs(orbit.multipliers))
     varied = np.sort(np.abs(np.linalg.eigvals(orbit.monodromy)))
     np.testing.assert_allclose(shot, varied, rtol=0, atol=1e-8)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The chapter's bifurcation points by another route: GSL's hybrid solver, derivatives by
-// differences, on the event-driven flow instead of forced segments, with the bifurcation's point in
+// differences, on the event-driven flow instead of prescribed segments, with the bifurcation's point in
 // closed form on the boundary of the sliding region.
 
 #include "run.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The lower layer: one forced mode to a target, without judgement; and the observers.
+// The lower layer: one prescribed mode to a target, without judgement; and the observers.
 
 #include "catch.hpp"
 #include "slow_belt.hpp"

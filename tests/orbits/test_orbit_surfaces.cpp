@@ -81,7 +81,7 @@ TEST_CASE("orbit surfaces: chains of blocks have orbits, with multipliers by two
     // it closes, in the engine's own run; margin: its error over a period, times the slope
     const History turn = chain()->run(0, orbit.x_start, orbit.cycle.period, orbit.cycle.p);
     CHECK((turn.x - orbit.x_start).norm() < 1e-9);
-    // shooting follows forced modes; the engine's derivatives go through its events
+    // shooting follows prescribed modes; the engine's derivatives go through its events
     const auto shot = sizes(Eigen::Map<const Eigen::VectorXcd>(orbit.multipliers.data(), 4));
     const auto varied = sizes(orbit.monodromy.eigenvalues());
     for (std::size_t k = 0; k < 4; ++k)

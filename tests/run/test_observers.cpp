@@ -211,7 +211,7 @@ TEST_CASE("observers: a run in dual numbers tells what the plain one does", "[ob
     CHECK(n == 3);
 }
 
-TEST_CASE("observers: a forced segment tells its steps", "[observers]") {
+TEST_CASE("observers: a prescribed segment tells its steps", "[observers]") {
     long long steps = 0;
     Mode<1> below;
     below.set(0, -1);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Follows one forced mode until something happens. No judgement: what a contact means is for flow.
+// Follows one prescribed mode until something happens. No judgement: what a contact means is for
+// flow.
 #pragma once
 
 #include <filippov/engine/detail/paths.hpp>
@@ -75,7 +76,7 @@ public:
         have_k0_ = false;
     }
 
-    /// Forces a mode; its guards start from their values here.
+    /// Prescribes a mode; its guards start from their values here.
     void enter(const Mode<M>& mode) {
         const bool changed = !(mode == place_.mode),
                    slid = place_.mode.sliding() > 0 && dt_ != S(0);
@@ -103,8 +104,8 @@ public:
     }
 
     /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.
-    void force(const Mode<M>& mode, int target) {
-        forced_ = true;
+    void prescribe(const Mode<M>& mode, int target) {
+        prescribed_ = true;
         enter(mode);
         choose_first_step();
         watch_.only(target);
@@ -120,7 +121,7 @@ public:
         S first = std::min({natural_step_, span, settings.max_step});
         if (settings.first_step > S(0))
             first = std::min(settings.first_step, span);
-        else if (!forced_ && may_outpace())
+        else if (!prescribed_ && may_outpace())
             first = std::min(first, std::max(span / S(128), least_first_step()));
         if (settings.fixed_step > S(0))
             first = settings.fixed_step;
@@ -403,14 +404,14 @@ private:
     /// The surface that has run away from a slide within a few ulp of the time, and was followed by
     /// more than ten tolerances; -1: none.
     template <class Path> int carried_off(const Path& path) const {
-        if (!path.slides || forced_ || place_.settings.fixed_step > S(0) ||
+        if (!path.slides || prescribed_ || place_.settings.fixed_step > S(0) ||
             !(abs_(path.dt) <= few_ulp * place_.resolution()))
             return -1;
         return place_.norm(X(path.x1 - alone(path.dt))) > S(10) ? sliding_surface(place_.mode) : -1;
     }
     /// No step follows surface j of a slide: it has jumped within dt, and the state goes on alone.
     FILIPPOV_COLD Stop left_behind(int j, const S& dt) {
-        if (forced_)
+        if (prescribed_)
             return {fail(Status::step_too_small, "h jumps", j)};
         Stop stop = break_off(Guard<M>::below(j), dt);
         stop.left_behind = true;
@@ -430,7 +431,7 @@ private:
             const X x = alone(dt);
             if (const int lost = lost_surface(place_, x, dt, false); lost >= 0)
                 return left_behind(lost, dt);
-            const int g = forced_ ? -1 : watch_.ended_slide(S(place_.clock.local + dt), x);
+            const int g = prescribed_ ? -1 : watch_.ended_slide(S(place_.clock.local + dt), x);
             if (g < 0)
                 continue;
             Stop stop = break_off(g, dt);
@@ -448,7 +449,7 @@ private:
     FILIPPOV_INLINE bool may_meet_two_fold() const {
         if constexpr (HasEquivalentControl<Sys, S>)
             return false;
-        return !forced_ && place_.mode.sliding() == 1 &&
+        return !prescribed_ && place_.mode.sliding() == 1 &&
                !is_kind(place_.sys, sliding_surface(place_.mode), SurfaceKind::jump);
     }
     /// True if the slide goes to a two-fold, straight, and nothing else happens on the way.
@@ -627,7 +628,8 @@ private:
             if (const Status status = begin(); status != Status::ok)
                 return {status};
         const bool fixed = place_.settings.fixed_step > S(0);
-        bool bad_stage = false, beside = forced_; // a forced mode may begin beside its surface
+        bool bad_stage = false,
+             beside = prescribed_; // a prescribed mode may begin beside its surface
         reach_ = slides ? std::numeric_limits<S>::infinity() : first_reach_;
         first_reach_ = std::numeric_limits<S>::infinity();
         for (;;) {
@@ -814,7 +816,7 @@ private:
     S transversality_ = S(0);  ///< and since its two-fold was looked for last
     bool in_two_fold_ = false, field_is_lost_ = false;
     bool have_k0_ = false;
-    bool forced_ = false; ///< nobody judges: the mode is followed wherever it leads
+    bool prescribed_ = false; ///< nobody judges: the mode is followed wherever it leads
     /// How many trials are checked by their defect until one passes: the first ones of a run, and
     /// those of its first slip if it began in a slide, whose steps tell nothing of it (a field with
     /// noise may never pass); and one after a trial whose error was far above the tolerance, where
@@ -835,7 +837,7 @@ private:
     Diagnosis<S, N, M> diagnosis_{};
 };
 
-/// Where a forced segment ended.
+/// Where a prescribed segment ended.
 template <class S, int N, int M> struct SegmentResult {
     Status status = Status::ok; ///< `event` if the target was met, `ok` at t_end
     Clock<S> clock{};
@@ -845,7 +847,7 @@ template <class S, int N, int M> struct SegmentResult {
     Diagnosis<S, N, M> diagnosis{};
 };
 
-/// Follows one forced mode from x0 at t0 to the first root of a target, or to t_end.
+/// Follows one prescribed mode from x0 at t0 to the first root of a target, or to t_end.
 ///
 /// Nothing is judged: a slide goes on beyond |s| = 1, a one-sided field beyond its side as long as
 /// it is finite, and other surfaces are passed. So the end depends smoothly on the start wherever
@@ -865,13 +867,13 @@ segment(const Sys& sys, const GivenParams<Sys, S>& params, const Mode<surfaces_v
     const Params<Sys, S> p = params.of(sys);
     validate(settings);
     validate_start(x0, t0, t_end, p, given_params(sys));
-    detail::validate_forced(sys, mode, target);
+    detail::validate_prescribed(sys, mode, target);
     if (observer.begin)
         observer.begin(t0, t_end);
     const AnySections<S, dim_v<Sys>, params_v<Sys>> none;
     StepsOf<Tableau, Sys, S> steps;
     Segment<Sys, S> run(sys, p, t0, x0, t_end, settings, observer, none, steps);
-    run.force(mode, target);
+    run.prescribe(mode, target);
     const Stop stop = run.advance();
     SegmentResult<S, dim_v<Sys>, surfaces_v<Sys>> result;
     result.status = stop.status != Status::ok ? stop.status

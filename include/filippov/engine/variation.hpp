@@ -54,8 +54,8 @@ public:
         advance(step);
     }
 
-    /// Starts in a forced mode.
-    void force(const Clock<R>& clock, const Mode<M>& mode) {
+    /// Starts in a prescribed mode.
+    void prescribe(const Clock<R>& clock, const Mode<M>& mode) {
         started_ = true;
         mode_ = mode;
         x_ = shifted(x_, time_at(clock) + delay_, -delay_, mode_);
@@ -205,7 +205,7 @@ private:
 
     void start(const Clock<R>& clock, const Mode<M>& mode) {
         if (held_)
-            return force(clock, mode);
+            return prescribe(clock, mode);
         Mode<M> first = mode;
         for (int j = 0; j < M; ++j) {
             if (mode[j] != 0)
@@ -219,7 +219,7 @@ private:
             using std::abs;
             first.set(j, abs(b.l1) > abs(b.l2) ? -1 : 1);
         }
-        force(clock, first);
+        prescribe(clock, first);
         pass(clock, mode);
         last_ = {};
     }
@@ -611,7 +611,7 @@ flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>
     return result;
 }
 
-/// `segment` in dual numbers, from t0 to t_end: a forced mode and no target.
+/// `segment` in dual numbers, from t0 to t_end: a prescribed mode and no target.
 ///
 /// @param stop  may be empty; as in Observer: true ends the segment with `interrupted`
 template <class Tableau, class Sys, DualNumber D>
@@ -625,9 +625,9 @@ segment(const Sys& sys, const GivenParams<Sys, D>& params, const Mode<surfaces_v
     const Params<Sys, D> p = params.of(sys);
     validate(settings);
     validate_start(values_of(x0), value_of(t0), value_of(t_end), values_of(p), given_params(sys));
-    detail::validate_forced(sys, mode, -1);
+    detail::validate_prescribed(sys, mode, -1);
     detail::Variation<Sys, D, Tableau> variation(sys, p, t0, x0, settings);
-    variation.force(Clock<R>::at(value_of(t0), value_of(period(sys, p))), mode);
+    variation.prescribe(Clock<R>::at(value_of(t0), value_of(period(sys, p))), mode);
     const auto take = [&](const auto& step, const auto&) { variation.take(step); };
     const auto run = segment<Tableau>(sys, values_of(p), mode, values_of(x0), value_of(t0),
                                       value_of(t_end), -1, settings, {.step = take, .stop = stop});

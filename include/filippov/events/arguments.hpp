@@ -28,9 +28,9 @@ template <int M> void validate_mode(const char* argument, const Mode<M>& mode) {
                    "expected -1, 0 or +1");
 }
 
-/// The mode and the target of a forced segment.
+/// The mode and the target of a prescribed segment.
 template <class Sys>
-void validate_forced(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int target) {
+void validate_prescribed(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int target) {
     validate_mode("mode", mode);
     const int guards = 3 * surface_count(sys);
     if (!(target >= -1 && target < guards))

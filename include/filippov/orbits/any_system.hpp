@@ -318,7 +318,7 @@ private:
         result.slope(0, n_ + 1) = slope;
         return result;
     }
-    /// Samples of a forced segment, eight a step: |h|; or 1 + s and 1 - s.
+    /// Samples of a prescribed segment, eight a step: |h|; or 1 + s and 1 - s.
     std::vector<Sample<N>> samples_of(int mode, double t0, const Vector& x, double t1,
                                       const Vector& p) const {
         const Mode<M> m = mode_with(mode);

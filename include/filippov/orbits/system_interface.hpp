@@ -185,7 +185,7 @@ public:
     /// A quantity at a point (t0 is its time; t1 plays no part); m = 1.
     virtual Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
                          const Directions& along) const = 0;
-    /// x(t1) of a forced mode from x at t0; m = dim. Any sign of t1 - t0.
+    /// x(t1) of a prescribed mode from x at t0; m = dim. Any sign of t1 - t0.
     virtual Jet arc(int mode, double t0, const Vector& x, double t1, const Vector& p,
                     const Directions& along) const = 0;
     /// (h(t1) - sum_k<order h^(k) tau^k/k!) / tau^order along the field of a side, tau = t1 - t0,
@@ -195,7 +195,7 @@ public:
     /// several surfaces.
     virtual std::optional<Jet> rise(int side, int order, double t0, const Vector& x, double t1,
                                     const Vector& p, const Directions& along) const = 0;
-    /// Interior minima along a forced mode: of |h| off the surface, of 1 + s and 1 - s on it.
+    /// Interior minima along a prescribed mode: of |h| off the surface, of 1 + s and 1 - s on it.
     /// (Of a system with one surface.)
     virtual std::vector<Least> minima(int mode, double t0, const Vector& x, double t1,
                                       const Vector& p) const = 0;
