@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The chapter's bifurcation points by another route: GSL's hybrid solver, derivatives by
-// differences, on the event-driven flow instead of prescribed segments, with the bifurcation's point in
-// closed form on the boundary of the sliding region.
+// differences, on the event-driven flow instead of prescribed segments, with the bifurcation's
+// point in closed form on the boundary of the sliding region.
 
 #include "run.hpp"
 #include "systems.hpp"

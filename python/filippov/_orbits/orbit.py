@@ -264,8 +264,8 @@ def periodic_orbit(
     """Find a periodic orbit, stable or not.
 
     The modes of a run near it give its word; Newton's method on the states and times of the events
-    (multiple shooting, every segment in its prescribed mode) gives the orbit, and the same derivatives
-    its monodromy matrix and multipliers.
+    (multiple shooting, every segment in its prescribed mode) gives the orbit, and the same
+    derivatives its monodromy matrix and multipliers.
 
     Parameters
     ----------
