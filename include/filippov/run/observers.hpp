@@ -70,8 +70,9 @@ template <class S, int N, int M> struct Observer {
     /// Every accepted step; path(theta) is the state at theta in [0, 1] of it. The interpolant
     /// behind the path is built at the first call.
     std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)> step{};
-    /// Asked at every event but the first and the last points of a run, and before `event` tells of
-    /// it: true ends the run there, with status `event`.
+    /// Asked at every event but those at the start of a run (its first point, and sections that are
+    /// zero there) and its end, before `event` tells of it: true ends the run there, with status
+    /// `event`.
     std::function<bool(const Event<S, N, M>&)> ends{};
     /// Asked every 256 trials of a step, and where a run fails: true ends it, with status
     /// `interrupted`.
