@@ -163,7 +163,7 @@ namespace {
 
 template <class Times, class F> Fit<double> fit(F f) {
     const Track t = track<Times>(f);
-    return fit_of(times<Times>, t.start, [&](std::size_t k) { return t.probe[k]; }, 0.0);
+    return fit_of(times<Times>, t.start, [&](std::size_t k) { return t.probe[k]; });
 }
 
 } // namespace
@@ -217,7 +217,7 @@ TEMPLATE_TEST_CASE("guards, in lanes: a fit is that of one guard", "[guards]",
             v[k] = f(TestType::theta(k));
             v[k].set(1, std::nan(""));
         }
-        const lanes::Fit<4> all = lanes::fit_of<TestType>(v);
+        const Fit<Lanes<4>> all = lanes::fit_of<TestType>(v);
         CHECK(all.off[0] == Approx(one.off).margin(1e-13));
         CHECK(all.floor[2] == Approx(one.floor).epsilon(1e-12));
         CHECK(all.spread[3] == one.spread);

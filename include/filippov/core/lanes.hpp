@@ -455,6 +455,10 @@ template <int W> struct Lanes {
             a.v));
     }
     /// a b + c, rounded once where the machine can do that as fast as twice.
+    FILIPPOV_INLINE friend Lanes ulp(const Lanes& t) {
+        return max(Lanes(epsilon<double>) * abs(t), Lanes(std::numeric_limits<double>::min()));
+    }
+    FILIPPOV_INLINE friend Lanes ratio(const Lanes& a, double b) { return a * Lanes(1 / b); }
     FILIPPOV_INLINE friend Lanes fused(const Lanes& a, const Lanes& b, const Lanes& c) {
         return Lanes(detail::in_registers<Array>(
             [](const auto& x, const auto& y, const auto& z) { return Register::fused(x, y, z); },

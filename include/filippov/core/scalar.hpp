@@ -70,6 +70,10 @@ template <class S> FILIPPOV_INLINE S select(bool m, const S& a, const S& b) { re
 
 FILIPPOV_INLINE bool any(bool m) { return m; }
 
+/// a / b where lanes may take the reciprocal of a number, rounded once more: in what a comparison
+/// follows.
+template <std::floating_point S> FILIPPOV_INLINE S ratio(S a, S b) { return a / b; }
+
 /// True if every component is finite. Written on bits of arithmetic so that it vectorises: x*0 is
 /// 0 for finite x and NaN otherwise.
 template <class S, int N> FILIPPOV_INLINE bool all_finite(const Vec<S, N>& x) {

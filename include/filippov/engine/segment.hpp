@@ -545,22 +545,12 @@ private:
 
     // --- steps ---------------------------------------------------------------------------------
 
-    /// A step to be tried.
-    struct Trial {
-        S dt;      ///< signed
-        bool cut;  ///< shorter than proposed, before a surface
-        bool last; ///< it ends where the run does
-    };
-    FILIPPOV_INLINE Trial trial(bool fixed) const {
-        Trial t{dt_, false, false};
-        if (abs_(t.dt) > place_.settings.max_step)
-            t.dt = forward() * place_.settings.max_step;
-        t.cut = !fixed && abs_(t.dt) > reach_;
-        if (t.cut)
-            t.dt = forward() * reach_;
-        t.last = forward() * t.dt >= forward() * remaining_ * (S(1) - S(1e-9));
-        if (t.last)
-            t.dt = remaining_;
+    /// A step to be tried, of signed length.
+    FILIPPOV_INLINE Trial<S> trial(bool fixed) const {
+        Trial<S> t = next_trial(abs_(dt_), place_.settings.max_step,
+                                fixed ? std::numeric_limits<S>::infinity() : reach_,
+                                S(forward() * remaining_));
+        t.dt *= forward();
         return t;
     }
 
@@ -572,7 +562,7 @@ private:
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * place_.resolution());
     }
     /// The next step, after one that was good.
-    FILIPPOV_INLINE void propose(Attempt& path, const Trial& t, const S& error) {
+    FILIPPOV_INLINE void propose(Attempt& path, const Trial<S>& t, const S& error) {
         // A step cut by the end of the run, or before a surface, does not shrink the next proposal;
         // one that ends at an event keeps the full step's.
         S proposed = t.dt * S(control_.after_accept(static_cast<double>(error)));
@@ -638,8 +628,9 @@ private:
                 return {};
             if (const Status status = may_go_on(); status != Status::ok)
                 return {status};
-            const auto [dt, cut, last] = trial(fixed);
-            if (abs_(dt_) < place_.resolution() && !(last && !bad_stage))
+            const Trial<S> tried = trial(fixed);
+            const S dt = tried.dt;
+            if (abs_(dt_) < place_.resolution() && !(tried.last && !bad_stage))
                 return too_small(bad_stage);
 
             Attempt path(place_, watch_, steps_, counters_, dt);
@@ -696,7 +687,7 @@ private:
                 if (is_blurred(found, dt))
                     continue;
                 if (found.guard < 0)
-                    found = watch_.contact_at_end(path, last);
+                    found = watch_.contact_at_end(path, tried.last);
             }
             if (slides)
                 if (found.guard >= 0) {
@@ -712,7 +703,7 @@ private:
                     }
                 }
             if (!fixed)
-                propose(path, {dt, cut, last}, error);
+                propose(path, tried, error);
             else
                 dt_ = forward() * place_.settings.fixed_step; // (it may have been cut)
             if (found.guard >= 0) {

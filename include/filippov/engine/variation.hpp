@@ -166,8 +166,7 @@ private:
         using std::abs;
         Vec<R, N> s;
         for (int i = 0; i < N; ++i)
-            s[i] = std::max(R(settings_.atol[i] + settings_.rtol * abs(value_of(x_[i]))),
-                            std::numeric_limits<R>::min() / epsilon<R>);
+            s[i] = error_allowed(settings_.atol[i], settings_.rtol, R(abs(value_of(x_[i]))));
         return s;
     }
     /// Newton in infinitesimals onto the surfaces slid on.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Guards: functions that are positive until their event. Which there are, and what a step shows of
-// one.
+// one: in numbers, or in lanes of them.
 #pragma once
 
 #include <filippov/core/scalar.hpp>
@@ -134,21 +134,41 @@ template <class S> struct ProbeTimes {
 template <class Times, class S>
 inline constexpr ProbeTimes<S> probe_times = ProbeTimes<S>::template of<Times>();
 
-/// What the cubic through four values of a guard on a step says of the others.
-template <class S> struct Fit {
-    S off = S(0);    ///< how far they are off it, at most
-    S floor = S(0);  ///< the least Bernstein coefficient: the cubic lies above it
-    S spread = S(0); ///< of all values
-    S bend = S(0);   ///< the largest second derivative of the cubic
-    S doubt = S(8);  ///< by how many times `off` the guard may be off it elsewhere
+/// True if the least value of a guard on a step shows that it stays clear of zero: a parabola dips
+/// below it by 0.27 of the spread of the values at most,
+template <class S> FILIPPOV_INLINE auto stays_clear(const S& low, const S& spread) {
+    return low > S(0.3) * spread;
+}
+/// and by 0.01 if they rise or fall all the way.
+template <class S> FILIPPOV_INLINE auto stays_clear_if_monotone(const S& low, const S& spread) {
+    return low > S(0.03) * spread;
+}
 
+/// What the cubic through four values of a guard on a step says of the others.
+/// @tparam S  a number, or lanes of them
+template <class S> struct Fit {
+    S off = S(0);     ///< how far they are off it, at most; NaN if one is no number
+    S floor = S(0);   ///< the least Bernstein coefficient: the cubic lies above it,
+    S ceiling = S(0); ///< and below the largest
+    S spread = S(0);  ///< of all values
+    S bend = S(0);    ///< the largest second derivative of the cubic
+    double doubt = 8; ///< by how many times `off` the guard may be off it elsewhere
+
+    /// The same where values may be off by `noise` for no reason.
+    Fit without(const S& noise) const {
+        Fit fit = *this;
+        fit.off = select(off <= noise, S(0), off); // (a NaN stays, and excuses nothing)
+        return fit;
+    }
     /// True if the guard keeps away from zero: by far more than it is off its cubic, and by what
     /// is no rounding of its values.
-    bool clear() const { return floor > doubt * off + S(1e-6) * spread; }
+    auto clear() const { return floor > fused(S(doubt), off, S(S(1e-6) * spread)); }
     /// Between two values beyond this, no farther apart than a gap, there is no zero.
-    S far(const S& gap) const { return doubt * off + gap * gap / S(4) * bend + S(1e-6) * spread; }
+    S far(const S& gap) const {
+        return S(doubt) * off + gap * gap / S(4) * bend + S(1e-6) * spread;
+    }
     /// True if the cubic is as good as the guard.
-    bool resolved() const { return off <= S(0.02) * spread; }
+    auto resolved() const { return off <= S(0.02) * spread; }
     /// By how much a step may be longer until the guard is a twentieth of its spread off a cubic,
     /// or no longer clear of zero; the former grows with the third power of the length, the latter
     /// with the fourth.
@@ -158,44 +178,48 @@ template <class S> struct Fit {
         if (!(off > S(0)))
             return off == S(0) ? std::numeric_limits<S>::infinity() : S(0);
         const S within = cbrt(S(0.05) * spread / off);
-        return clear() ? std::max(within, S(sqrt(sqrt(floor / (doubt * off))))) : within;
+        return clear() ? std::max(within, S(sqrt(sqrt(floor / (S(doubt) * off))))) : within;
     }
+    /// In lanes: where there is no room for a longer step.
+    auto full() const { return ~(S(0.05) * spread > off) & ~(floor > S(80) * off); }
 };
 
 /// The fit of values v(k) at theta(k), k = 1 to n, the last one at 1, and `start` at 0. Nodes are
 /// the ends and the places nearest to a third and two thirds.
-/// @param noise  by which values may be off for no reason
-template <class S, class Value>
-FILIPPOV_COLD Fit<S> fit_of(const ProbeTimes<S>& times, const S& start, const Value& v,
-                            const S& noise) {
+/// @tparam S  a number, or lanes of them
+/// @tparam R  a number
+template <class S, class R, class Value>
+Fit<S> fit_of(const ProbeTimes<R>& times, const S& start, const Value& v) {
     using std::abs;
+    using std::max;
+    using std::min;
     const std::size_t a = times.near_third, b = times.near_two_thirds, n = times.n;
-    const S ta = times.theta[a], tb = times.theta[b];
+    const R ta = times.theta[a], tb = times.theta[b];
     // divided differences at 0, ta, tb, 1
-    const S f1 = (v(a) - start) / ta, f2 = (v(b) - v(a)) / (tb - ta),
-            f3 = (v(n) - v(b)) / (S(1) - tb);
-    const S g1 = (f2 - f1) / tb, g2 = (f3 - f2) / (S(1) - ta), third = g2 - g1;
+    const S f1 = ratio(S(v(a) - start), ta), f2 = ratio(S(v(b) - v(a)), R(tb - ta)),
+            f3 = ratio(S(v(n) - v(b)), R(R(1) - tb));
+    const S g1 = ratio(S(f2 - f1), tb), g2 = ratio(S(f3 - f2), R(R(1) - ta)), third = g2 - g1;
     Fit<S> fit;
-    S low = start, high = start;
+    S low = start, high = start, sum(0);
     for (std::size_t k = 1; k <= n; ++k) {
-        const S u = times.theta[k], value = v(k);
-        low = std::min(low, value);
-        high = std::max(high, value);
-        if (k == n || u == S(1))
+        const R u = times.theta[k];
+        const S value = v(k);
+        low = min(low, value);
+        high = max(high, value);
+        sum += value;
+        if (k == n || u == R(1))
             continue; // an earlier, cruder stage at the end
-        const S cubic = start + u * (f1 + (u - ta) * (g1 + (u - tb) * third));
-        // (a NaN stays)
-        const S off = abs(value - cubic);
-        fit.off = off > fit.off || !(off == off) ? off : fit.off;
+        const S inner = fused(S(u - tb), third, g1), slope = fused(S(u - ta), inner, f1);
+        fit.off = max(fit.off, S(abs(S(value - fused(S(u), slope, start)))));
     }
-    fit.off = fit.off <= noise ? S(0) : fit.off; // (a NaN stays, and excuses nothing)
+    fit.off = select((sum + third) * S(0) == S(0), fit.off, S(std::numeric_limits<R>::quiet_NaN()));
     fit.spread = high - low;
-    const S c1 = f1 - ta * g1 + ta * tb * third, c2 = g1 - (ta + tb) * third;
-    fit.bend = S(2) * std::max(S(abs(c2)), S(abs(c2 + S(3) * third)));
-    fit.doubt = S(doubt_of(n));
-    fit.floor = std::min({start, S(start + c1 / S(3)), S(start + (S(2) * c1 + c2) / S(3)), v(n)});
-    if (!(fit.floor == fit.floor))
-        fit.floor = -std::numeric_limits<S>::infinity();
+    const S c1 = f1 - S(ta) * g1 + S(ta * tb) * third, c2 = g1 - S(ta + tb) * third;
+    const S b1 = start + ratio(c1, R(3)), b2 = start + ratio(S(S(2) * c1 + c2), R(3));
+    fit.floor = min(min(start, b1), min(b2, S(v(n))));
+    fit.ceiling = max(max(start, b1), max(b2, S(v(n))));
+    fit.bend = S(2) * max(S(abs(c2)), S(abs(S(fused(S(3), third, c2)))));
+    fit.doubt = doubt_of(n);
     return fit;
 }
 
@@ -273,10 +297,10 @@ template <class S> struct Trace {
 
     /// True unless the probes show that the guard stays clear of zero.
     ///
-    /// How far a smooth function dips below its smallest probe is judged by a parabola: 0.27 of the
-    /// spread of the probes at most, and 0.01 if they rise or fall all the way; between equidistant
-    /// probes an eighth of the largest second difference, which is doubled here, since they may not
-    /// show it, where they follow a cubic, else twice the spread.
+    /// How far a smooth function dips below its smallest probe is judged by a parabola: see
+    /// `stays_clear`; between equidistant probes by an eighth of the largest second difference,
+    /// which is doubled here, since they may not show it, where they follow a cubic, else by twice
+    /// the spread.
     FILIPPOV_INLINE bool doubtful(const Times& times) const {
         if (sense == S(0))
             return true;
@@ -284,8 +308,8 @@ template <class S> struct Trace {
         if (times.equidistant)
             return follows_cubic(times, r) ? !(r.low > S(0.25) * bend(times))
                                            : !(r.low > S(2) * r.spread());
-        return !(r.low > S(0.3) * r.spread()) &&
-               !(r.low > S(0.03) * r.spread() && order == 0 && turns(times) == 0);
+        return !stays_clear(r.low, r.spread()) &&
+               !(stays_clear_if_monotone(r.low, r.spread()) && order == 0 && turns(times) == 0);
     }
 
     /// How often the values turn from rising to falling or back.

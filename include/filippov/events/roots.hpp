@@ -166,6 +166,37 @@ template <class S> struct Piece {
 
 } // namespace detail
 
+/// True where g, positive before, follows a cubic on its way to a root at u, with no other root: up
+/// close, and closer. (A swing that makes three roots of one falls no less than g does in the
+/// meantime.)
+/// @tparam S  a number, or lanes of them
+template <class S, class F> auto falls_smoothly(const S& u, const F& g) {
+    using std::abs;
+    using std::max;
+    using std::min;
+    using R = Real<S>;
+    constexpr long double u1 = 0.1583L, u2 = 0.8178L;
+    constexpr auto w1 = detail::cubic_weights<R>(u1), w2 = detail::cubic_weights<R>(u2);
+    auto smooth = u == u;
+    for (const R part : {R(1) / R(16), R(1) / R(256)}) {
+        const S width = S(part) * u, from = u - width;
+        const auto at = [&](long double place) {
+            return S(g(S(fused(S(static_cast<R>(place)), width, from))));
+        };
+        const S a = g(from), b = at(1.0L / 3), c = at(2.0L / 3), d = at(u1), e = at(u2);
+        const S off =
+            max(S(abs(S(d - fused(S(w1[0]), a, S(fused(S(w1[1]), b, S(S(w1[2]) * c))))))),
+                S(abs(S(e - fused(S(w2[0]), a, S(fused(S(w2[1]), b, S(S(w2[2]) * c))))))));
+        // (as Bernstein coefficients, times 6)
+        const S second = fused(S(-5), a, S(S(18) * b - S(9) * c)),
+                third = fused(S(2), a, S(S(18) * c - S(9) * b));
+        const S high = max(max(a, max(b, c)), max(d, e)), low = min(min(b, c), min(d, e));
+        const S little = S(0.01) * (high - min(low, S(0))); // (a triple root has none)
+        smooth = smooth & (a > S(0)) & (min(second, third) > S(-6) * little) & (off <= little);
+    }
+    return smooth;
+}
+
 /// The first point of (0, 1] where g, positive before, becomes negative, or has a minimum with
 /// |g| <= band.
 ///

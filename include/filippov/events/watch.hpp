@@ -298,7 +298,7 @@ public:
             if (found.blurred)
                 return found;
             if (found.guard >= 0 && !found.touch && trace(g).own_pace && !looks_linear(g) &&
-                !falls_smoothly(g, raw, found.theta)) {
+                !falls_smoothly(found.theta, without_root(g, raw))) {
                 found.theta = first_of_several(g, raw, found.theta);
                 found.jumps = changes_without_zero(g, raw, found.theta);
             }
@@ -488,7 +488,7 @@ private:
         if (!of_h && !(w.sum < std::numeric_limits<S>::infinity()))
             return true;
         // (what comes down to a thirtieth of its spread may be within its touch band there)
-        return w.own_pace ? !(w.fit.clear() && w.fit.floor > S(0.03) * w.fit.spread)
+        return w.own_pace ? !(w.fit.clear() && stays_clear_if_monotone(w.fit.floor, w.fit.spread))
                           : w.doubtful(*times_);
     }
 
@@ -568,7 +568,7 @@ private:
             w.sampled = false;
             if (!w.own_pace || w.sense == S(0))
                 continue;
-            w.fit = fit_of(*times_, w.start, [&](std::size_t k) { return w.probe[k]; }, noise(g));
+            w.fit = fit(g, *times_, [&](std::size_t k) { return w.probe[k]; });
             // (what swings at the beat of equidistant probes looks still at them)
             more = more || times_->equidistant || !(w.fit.clear() || w.fit.resolved());
         }
@@ -585,8 +585,7 @@ private:
             GuardTrace& w = trace(g);
             w.sampled = w.own_pace && w.sense != S(0);
             if (w.sampled)
-                w.fit = fit_of(
-                    sample_times, w.start, [&](std::size_t k) { return w.sample[k]; }, noise(g));
+                w.fit = fit(g, sample_times, [&](std::size_t k) { return w.sample[k]; });
         }
     }
     /// Samples guards with a pace of their own along a step.
@@ -614,6 +613,11 @@ private:
                                        std::pair{Guard<M>::transversal(0), slide.w}})
             trace(g).sample[k] = trace(g).sense * value;
     }
+    /// The fit of guard g to its values on a step, but for their rounding.
+    template <class Value>
+    FILIPPOV_COLD Fit<S> fit(int g, const ProbeTimes<S>& times, const Value& value) const {
+        return fit_of(times, trace(g).start, value).without(noise(g));
+    }
     /// What rounding alone may make of guard g.
     S noise(int g) const {
         const S of_value = S(64) * epsilon<S> * (abs_(trace(g).start) + trace(g).fit.spread);
@@ -631,9 +635,8 @@ private:
                 const S theta = part * WindowTimes<S>::theta(k);
                 return guard_value(g, S(at_.clock.local + theta * path.dt), path(theta));
             };
-            const Fit<S> fit =
-                fit_of(probe_times<WindowTimes<S>, S>, trace(g).start, value, noise(g));
-            return fit.off == S(0) ? S(0) : fit.off / fit.spread;
+            const Fit<S> part_fit = fit(g, probe_times<WindowTimes<S>, S>, value);
+            return part_fit.off == S(0) ? S(0) : part_fit.off / part_fit.spread;
         };
         const S off = off_in(S(1));
         for (S part = S(1) / S(2); part > S(1e-3); part /= S(2))
@@ -803,22 +806,6 @@ private:
         if (!rooted && w.fit.resolved())
             known.far = w.fit.far(S(1) / S(16));
         return known;
-    }
-
-    /// True if guard g follows a cubic on its way to a root at theta, with no other root: up close,
-    /// and closer. (A swing that makes three roots of one falls no less than g does in the
-    /// meantime.)
-    template <class Raw> bool falls_smoothly(int g, const Raw& raw, S theta) const {
-        const auto value = without_root(g, raw);
-        for (const S part : {S(1) / S(16), S(1) / S(256)}) {
-            const S from = theta - part * theta, start = value(from);
-            const detail::Piece<S> piece(value, from, theta, start, S(0));
-            const auto c = piece.bernstein();
-            const S little = S(0.01) * (piece.highest - piece.lowest); // (a triple root has none)
-            if (!(start > S(0) && std::min(c[1], c[2]) > -little && piece.mismatch <= little))
-                return false;
-        }
-        return true;
     }
 
     /// The first of the roots of guard g, of which one is at theta. Behind a surface that moves a

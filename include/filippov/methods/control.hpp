@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <utility>
 
 namespace filippov {
 
@@ -30,6 +31,27 @@ template <class S> FILIPPOV_INLINE S exp2_of(const S& v) {
 }
 
 } // namespace detail
+
+/// A step to be tried.
+/// @tparam S  a number, or lanes of them
+template <class S> struct Trial {
+    using Mask = decltype(std::declval<S>() < std::declval<S>());
+    S dt;      ///< its length
+    Mask last; ///< it ends where the run does
+    Mask cut;  ///< it goes no farther than `reach`
+};
+/// All of them lengths.
+/// @param proposal  by the last step's error
+/// @param reach     where the next surface is foreseen
+/// @param left      to the end of the run: no step ends shortly before that
+template <class S>
+FILIPPOV_INLINE Trial<S> next_trial(const S& proposal, const S& longest, const S& reach,
+                                    const S& left) {
+    using std::min;
+    const S wanted = min(proposal, longest), dt = min(wanted, reach);
+    const auto last = dt >= left * S(1 - 1e-9);
+    return {select(last, left, dt), last, reach < wanted};
+}
 
 /// PI control of the step size, from the square of the error in units of the tolerance.
 ///

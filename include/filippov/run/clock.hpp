@@ -9,6 +9,10 @@
 
 namespace filippov {
 
+/// The smallest step from t that moves a clock for sure.
+/// @tparam S  a number, or lanes of them
+template <class S> FILIPPOV_INLINE S resolution(const S& t) { return S(4) * ulp(t); }
+
 /// A time as (period index, local time) if the system has a period, else compensated.
 ///
 /// The fields see `local` only. With a period it stays within one period of zero, so the phase of a

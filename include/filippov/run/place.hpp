@@ -43,8 +43,8 @@ template <class Sys, class S> struct Place {
         held = Constraints<Sys>(sys, mode);
     }
 
-    /// The smallest step that still moves the clock.
-    S resolution() const { return S(4) * ulp(clock.local); }
+    /// The smallest step that moves the clock.
+    S resolution() const { return filippov::resolution(clock.local); }
 
     /// The field of the mode.
     X field(const S& t, const X& y) const { return mode_field(sys, mode, t, y, p); }
@@ -74,7 +74,8 @@ template <class Sys, class S> struct Place {
         using std::abs;
         X lengths;
         for (int i = 0; i < N; ++i)
-            lengths[i] = std::max(scale[i], S(settings.atol[i] + settings.rtol * abs(x1[i])));
+            lengths[i] =
+                std::max(scale[i], error_allowed(settings.atol[i], settings.rtol, S(abs(x1[i]))));
         limit(lengths, S(clock.local + dt), x1);
         return lengths;
     }
@@ -98,7 +99,7 @@ private:
     void weigh() {
         using std::abs;
         for (int i = 0; i < N; ++i)
-            scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x[i])), smallest_scale);
+            scale[i] = error_allowed(settings.atol[i], settings.rtol, S(abs(x[i])));
         limit(scale, clock.local, x);
     }
     /// Takes lengths down to what the system lets a step from here to (t, y) err.

@@ -12,6 +12,15 @@
 
 namespace filippov {
 
+/// What the tolerance lets a component of this size err.
+/// @tparam S  a number, or lanes of them
+template <class S, std::floating_point R>
+FILIPPOV_INLINE S error_allowed(R atol, R rtol, const S& size) {
+    using std::max;
+    constexpr R smallest = std::numeric_limits<R>::min() / epsilon<R>;
+    return max(S(fused(S(rtol), size, S(atol))), S(smallest));
+}
+
 /// Absolute tolerance: one number for all components, or one each.
 template <class S, int N> struct AbsoluteTolerance : Vec<S, N> {
     AbsoluteTolerance(S each = S(1e-10)) : Vec<S, N>(Vec<S, N>::Constant(each)) {}

@@ -114,6 +114,28 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
     return S(0);
 }
 
+/// What rounding leaves of h at a point of its surface: of its terms, and of the step that led
+/// there, of the length tau.
+/// @param rounding  see `rounding_band`
+/// @param b         the two sides
+/// @tparam S        a number, or lanes of them
+template <class S, class Both>
+FILIPPOV_INLINE S contact_band(const S& rounding, const Both& b, const S& tau) {
+    using std::abs;
+    const S both = abs(b.l1) + abs(b.l2);
+    return fused(S(16 * epsilon<Real<S>>), S(both * abs(tau)), rounding);
+}
+/// What tau h' is beyond, in size, if its sign is that of the departure, whatever follows,
+template <class S> FILIPPOV_INLINE S plain_slope(const S& band) {
+    using R = Real<S>;
+    return S(R(100) / std::sqrt(epsilon<R>)) * band;
+}
+/// and what tau^2 h'' is beyond, where h' is zero.
+template <class S> FILIPPOV_INLINE S plain_bend(const S& band) {
+    using R = Real<S>;
+    return ratio(band, R(std::cbrt(epsilon<R> * epsilon<R>)));
+}
+
 /// The departure of the field of `mode` (surface j at -1 or +1) from a point of h_j = 0.
 ///
 /// Lie derivatives of h_j up to order four, time included. h' counts as zero where what it starts
@@ -136,7 +158,7 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
     const S tau = arrival.tau;
     if (!(abs(slope_found) <= std::numeric_limits<S>::max()))
         return {0, 0, false};
-    if (abs(slope_found * tau) > S(100) / sqrt(epsilon<S>) * band && slope_found != S(0))
+    if (abs(slope_found * tau) > plain_slope(band) && slope_found != S(0))
         return {detail::sign(slope_found), 1, true};
 
     const auto field = [&](const auto& time, const auto& y, const auto& q) {
@@ -158,7 +180,7 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
         second = change_along_surface(sys, mode, j, t, x, p, S(S(arrival.direction) * slope_found),
                                       S(S(arrival.direction) * tau));
     // Plainly not zero: whatever the next derivatives, what h'' starts is above rounding.
-    if (abs(second * tau * tau) > band / cbrt(epsilon<S> * epsilon<S>))
+    if (abs(second * tau * tau) > plain_bend(band))
         return detail::negligible<S>({1, slope}, {2, second}, first)
                    ? Departure{detail::sign(second), 2, true}
                    : Departure{detail::sign(slope), 1, true};
@@ -322,9 +344,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
                                     const Arrival<S>& arrival, NonUnique policy) {
     using std::abs;
     const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
-    // The rounding of h: of its terms, and of the step that led here.
-    const S band = rounding_band(sys, j, t, x, p) +
-                   S(16) * epsilon<S> * (abs(b.l1) + abs(b.l2)) * abs(arrival.tau);
+    const S band = contact_band(rounding_band(sys, j, t, x, p), b, arrival.tau);
     Verdict<surfaces_v<Sys>> v;
     const S forward = S(arrival.direction);
     const int side_before = mode[j];

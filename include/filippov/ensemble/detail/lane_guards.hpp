@@ -25,8 +25,8 @@ template <class Times, int W> struct Probed {
         using T = Lanes<W>;
         const Range r = range();
         const T spread = r.spread();
-        LaneMask<W> clear = r.low > T(0.3) * spread;
-        const LaneMask<W> perhaps = ~clear & (r.low > T(0.03) * spread);
+        LaneMask<W> clear = stays_clear(r.low, spread);
+        const LaneMask<W> perhaps = ~clear & stays_clear_if_monotone(r.low, spread);
         if (any(perhaps))
             clear = clear | (perhaps & monotone());
         const LaneMask<W> rooted = order > T(0);
@@ -127,7 +127,7 @@ private:
                 high = select(twice, high, max(high, v));
             }
         }
-        return low > T(0.3) * (high - low);
+        return stays_clear(low, T(high - low));
     }
 };
 
@@ -191,57 +191,12 @@ Look<W> look_along(const std::array<Lanes<W>, Size>& v, const LaneMask<W>& roote
     return r;
 }
 
-/// The cubic through four values of a guard on a step, and how far others are off it: see
-/// filippov::Fit.
-template <int W> struct Fit {
-    Lanes<W> off, floor, ceiling, spread;
-    Lanes<W> bend;    ///< the largest second derivative of the cubic
-    double doubt = 8; ///< how far off it others may be: see filippov::Fit
-
-    LaneMask<W> clear() const {
-        return floor > fused(Lanes<W>(doubt), off, Lanes<W>(1e-6) * spread);
-    }
-    LaneMask<W> resolved() const { return off <= Lanes<W>(0.02) * spread; }
-    /// Where a longer step would not do: see filippov::Fit::room.
-    LaneMask<W> full() const {
-        using T = Lanes<W>;
-        return ~(T(0.05) * spread > off) & ~(floor > T(80) * off);
-    }
-};
-/// The fit of values v[k] at Times::theta(k), v[0] at the start: see filippov::fit_of.
+/// The fit of values v[k] at Times::theta(k), v[0] at the start, but for their rounding.
 template <class Times, int W, std::size_t Size>
-FILIPPOV_INLINE Fit<W> fit_of(const std::array<Lanes<W>, Size>& v) {
-    using T = Lanes<W>;
-    constexpr std::size_t a = nearest_to<Times>(1.0 / 3), b = nearest_to<Times>(2.0 / 3),
-                          n = Times::n;
-    constexpr double ta = Times::theta(a), tb = Times::theta(b);
-    const T f1 = (v[a] - v[0]) * T(1 / ta), f2 = (v[b] - v[a]) * T(1 / (tb - ta)),
-            f3 = (v[n] - v[b]) * T(1 / (1 - tb));
-    const T g1 = (f2 - f1) * T(1 / tb), g2 = (f3 - f2) * T(1 / (1 - ta)), third = g2 - g1;
-    T low = v[0], high = v[0], off(0), sum(0);
-    for (std::size_t k = 1; k <= n; ++k) {
-        const double u = Times::theta(k);
-        low = min(low, v[k]);
-        high = max(high, v[k]);
-        sum += v[k];
-        if (k == n || u == 1.0)
-            continue; // an earlier, cruder stage at the end
-        const T inner = fused(T(u - tb), third, g1),
-                cubic = fused(T(u), fused(T(u - ta), inner, f1), v[0]);
-        off = max(off, abs(v[k] - cubic));
-    }
-    const T spread = high - low, noise = T(64 * epsilon<double>) * (abs(v[0]) + spread);
-    const T c1 = f1 - T(ta) * g1 + T(ta * tb) * third, c2 = g1 - T(ta + tb) * third;
-    const T b1 = v[0] + c1 * T(1.0 / 3), b2 = v[0] + (T(2) * c1 + c2) * T(1.0 / 3);
-    Fit<W> fit;
-    // (a NaN is never clear, and nothing that it resolves)
-    fit.off = select(sum * T(0) == T(0), select(off > noise, off, T(0)), infinity<W>());
-    fit.floor = min(min(v[0], v[n]), min(b1, b2));
-    fit.ceiling = max(max(v[0], v[n]), max(b1, b2));
-    fit.spread = spread;
-    fit.doubt = doubt_of(n);
-    fit.bend = T(2) * max(abs(c2), abs(fused(T(3), third, c2)));
-    return fit;
+FILIPPOV_INLINE Fit<Lanes<W>> fit_of(const std::array<Lanes<W>, Size>& v) {
+    const auto fit = filippov::fit_of(probe_times<Times, double>, v[0],
+                                      [&](std::size_t k) FILIPPOV_LAMBDA_INLINE { return v[k]; });
+    return fit.without(Lanes<W>(64 * epsilon<double>) * (abs(v[0]) + fit.spread));
 }
 
 /// Looks at samples of a guard that follow one cubic, v[0] at the start.
@@ -253,7 +208,7 @@ template <class Times, int W, std::size_t Size>
 Look<W> look_at_samples(const std::array<Lanes<W>, Size>& v) {
     using T = Lanes<W>;
     constexpr double gap = 1.0 / 16; // the widest
-    const Fit<W> fit = fit_of<Times>(v);
+    const Fit<Lanes<W>> fit = fit_of<Times>(v);
     const T close = fused(T(4), fit.off, T(gap * gap / 4) * fit.bend);
     Look<W> r;
     LaneMask<W> pending(false), falls(true);
@@ -269,29 +224,6 @@ Look<W> look_at_samples(const std::array<Lanes<W>, Size>& v) {
     r.hard = ~none & (r.hard | ~fit.resolved() | (r.found & (r.high <= T(0))));
     r.settle();
     return r;
-}
-
-/// Where a guard follows a cubic on its way to a root at u, with no other root: up close, and
-/// closer: see Watch::falls_smoothly.
-template <int W, class F> LaneMask<W> falls_smoothly(const Lanes<W>& u, const F& f) {
-    using T = Lanes<W>;
-    constexpr long double u1 = 0.1583L, u2 = 0.8178L;
-    constexpr auto w1 = detail::cubic_weights<double>(u1), w2 = detail::cubic_weights<double>(u2);
-    LaneMask<W> smooth(true);
-    for (const double part : {1.0 / 16, 1.0 / 256}) {
-        const T width = T(part) * u, from = u - width;
-        const auto at = [&](long double place) { return f(fused(T(double(place)), width, from)); };
-        const T a = f(from), b = at(1.0L / 3), c = at(2.0L / 3), d = at(u1), e = at(u2);
-        const T off = max(abs(d - fused(T(w1[0]), a, fused(T(w1[1]), b, T(w1[2]) * c))),
-                          abs(e - fused(T(w2[0]), a, fused(T(w2[1]), b, T(w2[2]) * c))));
-        // (as Bernstein coefficients, times 6)
-        const T second = fused(T(-5), a, T(18) * b - T(9) * c),
-                third = fused(T(2), a, T(18) * c - T(9) * b);
-        const T high = max(max(a, max(b, c)), max(d, e)), low = min(min(b, c), min(d, e));
-        const T little = T(0.01) * (high - min(low, T(0)));
-        smooth = smooth & (a > T(0)) & (min(second, third) > T(-6) * little) & (off <= little);
-    }
-    return smooth;
 }
 
 /// Looks at a margin at the probes of a window of a slide, m[0] at its start: see

@@ -44,7 +44,7 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, const Rk& rk, const Take
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     const Vec<T, N> x = g.x(), k0 = g.k0(), tolerance = scale(run.settings, x);
-    const T t = g[time], longest = min(T(1.01) * at.dt, g[left]);
+    const T longest = min(T(1.01) * at.dt, g[left]);
     Mask todo = wanted & g.members(), done(false);
     for (int k = 0; k < 8 && any(todo); ++k) {
         Landing<W, N> tried;
@@ -86,10 +86,8 @@ template <int W> struct Plainly {
 };
 template <class Sys, int W>
 Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, const Lanes<W>& tau) {
-    using T = Lanes<W>;
-    const T both = abs(b.l1) + abs(b.l2);
-    const T band = fused(T(16 * epsilon<double>), both * tau, rounding);
-    return {T(100 / std::sqrt(epsilon<double>)) * band / tau, band, both < infinity<W>()};
+    const Lanes<W> band = contact_band(rounding, b, tau);
+    return {plain_slope(band) / tau, band, abs(b.l1) + abs(b.l2) < infinity<W>()};
 }
 
 /// `from`, put on the surface where it may be moved: at a start by a tolerance, after a step as
@@ -208,8 +206,7 @@ judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x
     const T own = sign * select(below, b.l1, b.l2), other = -sign * select(below, b.l2, b.l1);
     const Plainly<W> size = plainly(b, rounding_band(run.sys, 0, t, x, p), tau);
     const T curvature = T(0.5) * slope * w * tau * tau;
-    const Mask turns_away =
-        -curvature > size.band * T(1 / std::cbrt(epsilon<double> * epsilon<double>));
+    const Mask turns_away = -curvature > plain_bend(size.band);
     Exit<W, N> e;
     e.plain = (w > T(0)) & size.finite &
               ((~kinetic & turns_away & (other > size.least)) | (kinetic & (-own > size.least)));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/ensemble/detail/lane_landing.hpp>
+#include <filippov/events/lost_surface.hpp>
 
 #include <type_traits>
 
@@ -154,7 +155,8 @@ public:
     FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x(), size = scale(run_.settings, x);
         const Q& p = g.p();
-        const Trial<W> r = next_trial(g, min(half_period(g), g[longest_step]));
+        const Trial<T> r =
+            next_trial(g[proposal], T(min(half_period(g), g[longest_step])), g[reach], g[left]);
         const T t = g[time], limit = s_max(sys_, p), dt = r.dt;
 
         Rk rk;
@@ -175,14 +177,14 @@ public:
             total += s[k] + w[k];
         const Mask accepted = accept(run_, g, rk, x, x1, total, r, [&] { return T(0.25) * dt; });
 
-        const Fit<W> fit = fit_of<Times>(s), fit_w = fit_of<Times>(w);
+        const Fit<T> fit = fit_of<Times>(s), fit_w = fit_of<Times>(w);
         const T far = fused(T(8), fit.off, T(1e-6) * fit.spread);
         const Mask still = (limit + fit.floor > far) & (limit - fit.ceiling > far);
         const StepControl<Tableau, T> control;
         const Mask quiet = g[last_error] <= control.previous;
         const X raw = x1;
         x1 = project(sys_, 0, t + dt, x1, p, size);
-        const Mask clear = still & fit_w.clear() & ~quiet & ~surface_lost(raw, x1, size);
+        const Mask clear = still & fit_w.clear() & ~quiet & ~has_lost_surface(g, raw, x1, dt);
         // There may be a two-fold ahead: a lone run looks for it.
         const Mask narrows = accepted & ~(w[Times::n] > T(0.5) * w[0]);
         const Mask taken = accepted & clear & ~narrows, doubt = accepted & ~clear & ~narrows;
@@ -213,7 +215,7 @@ public:
         take(dt, full.x);
         const X raw = full.x;
         full.x = project(sys_, 0, t + dt, full.x, p, size);
-        const Mask lost = surface_lost(raw, full.x, size);
+        const Mask lost = has_lost_surface(g, raw, full.x, dt);
         full.field = rk.k[Rk::last];
         const auto path = path_of(rk, g, size, dt, full.x);
         const auto slide_in = [&](const T& u) {
@@ -298,11 +300,18 @@ private:
                                                                 const X& size) const {
         return sliding(sys_, Mode<1>{}, t, toward_surface(sys_, 0, t, x, p, size), p);
     }
-    /// True if the surface has moved away from the step's end: by more than ten times what the step
-    /// may err. A lone run says how that goes on.
-    static Mask surface_lost(const X& raw, const X& x1, const X& size) {
-        const X moved = (x1 - raw).cwiseQuotient(size);
-        return ~(moved.squaredNorm() <= T(100.0 * N));
+    /// Where the surface may have moved away from the step's end: see `lost_surface`. A lone run
+    /// says if it has.
+    /// @param raw, x1  the end, before and after it was put on the surface
+    Mask has_lost_surface(const Group& g, const X& raw, const X& x1, const T& dt) const {
+        const Mask far = ~(mean_square(X(x1 - raw), scale(run_.settings, g.x())) <= T(1));
+        return any(far) ? far & is_off_surface(g, raw, dt) : far;
+    }
+    FILIPPOV_COLD Mask is_off_surface(const Group& g, const X& raw, const T& dt) const {
+        const T t = g[time] + dt;
+        const X lengths = scale_of_step(run_.settings, g.x(), raw);
+        return ~(abs(switching(sys_, t, raw, g.p())[0]) <=
+                 slide_band(sys_, 0, t, raw, g.p(), lengths));
     }
     static T s_of(const Sliding<Sys, T>& a) { return T(0.5) * (a.below - a.above); }
 

@@ -70,7 +70,7 @@ public:
     template <int Side> FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x();
         const Q& p = g.p();
-        const Trial<W> r = next_trial(g, g[longest_step]);
+        const Trial<T> r = next_trial(g[proposal], T(g[longest_step]), g[reach], g[left]);
         const T t = g[time], dt = r.dt;
 
         Rk rk;
@@ -255,11 +255,11 @@ private:
     /// many, follow a cubic, or are far off it but farther from zero; a field that is quiet has not
     /// let it grow; and it is not the first of its mode. The next step is not to be too long for
     /// h: see Watch::look.
-    FILIPPOV_COLD static Mask shows_all(Group& g, const Trial<W>& r, const Probed& guard,
+    FILIPPOV_COLD static Mask shows_all(Group& g, const Trial<T>& r, const Probed& guard,
                                         const Mask& accepted) {
         std::array<T, Times::n + 1> v = guard.probe;
         v[0] = guard.start;
-        const Fit<W> fit = fit_of<Times>(v);
+        const Fit<T> fit = fit_of<Times>(v);
         const StepControl<Tableau, T> control;
         const Mask quiet = accepted & (g[last_error] <= control.previous);
         const Mask young = (g[start_order] > T(0)) | (g[tries] <= T(1));

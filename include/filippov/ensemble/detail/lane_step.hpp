@@ -46,11 +46,19 @@ template <int W> LaneMask<W> finite(const Lanes<W>& sum) {
 /// The tolerance of the components, of which x has the larger size.
 template <int W, int N>
 Vec<Lanes<W>, N> scale(const Settings<double, N>& settings, const Vec<Lanes<W>, N>& x) {
-    using T = Lanes<W>;
-    constexpr double smallest = std::numeric_limits<double>::min() / epsilon<double>;
-    Vec<T, N> r;
+    Vec<Lanes<W>, N> r;
     for (int i = 0; i < N; ++i)
-        r[i] = max(fused(T(settings.rtol), abs(x[i]), T(settings.atol[i])), T(smallest));
+        r[i] = error_allowed(settings.atol[i], settings.rtol, abs(x[i]));
+    return r;
+}
+/// The same of a step from x to x1.
+template <int W, int N>
+FILIPPOV_INLINE Vec<Lanes<W>, N> scale_of_step(const Settings<double, N>& settings,
+                                               const Vec<Lanes<W>, N>& x,
+                                               const Vec<Lanes<W>, N>& x1) {
+    Vec<Lanes<W>, N> r;
+    for (int i = 0; i < N; ++i)
+        r[i] = error_allowed(settings.atol[i], settings.rtol, max(abs(x[i]), abs(x1[i])));
     return r;
 }
 template <int W, int N>
@@ -88,11 +96,6 @@ void advance(Group<Sys, W>& g, const Lanes<W>& dt, const LaneMask<W>& where) {
     const T periods = select(T0 > T(0), (g[end_index] - g[index]) * T0, T(0));
     g.set(left, periods + ((g[end_time] - g[time]) - g[carry]), where);
 }
-/// Four units in the last place of t: steps below this do not move the clock.
-template <int W> Lanes<W> resolution(const Lanes<W>& t) {
-    using T = Lanes<W>;
-    return T(4) * max(T(epsilon<double>) * abs(t), T(std::numeric_limits<double>::min()));
-}
 /// In which a forced s shows its swings.
 template <class Sys, int W> Lanes<W> half_period(const Group<Sys, W>& g) {
     using T = Lanes<W>;
@@ -101,33 +104,13 @@ template <class Sys, int W> Lanes<W> half_period(const Group<Sys, W>& g) {
 
 // --- trial steps ---------------------------------------------------------------------------------
 
-/// A trial step: how long, and what cut it to that.
-template <int W> struct Trial {
-    Lanes<W> dt;
-    LaneMask<W> last; ///< it ends with the run or its leg
-    LaneMask<W> cut;  ///< it goes no farther than `reach`
-};
-template <class Sys, int W>
-FILIPPOV_INLINE Trial<W> next_trial(const Group<Sys, W>& g, const Lanes<W>& longest) {
-    using T = Lanes<W>;
-    const T wanted = min(g[proposal], longest);
-    Trial<W> r;
-    r.cut = g[reach] < wanted;
-    const T dt = min(wanted, g[reach]);
-    r.last = dt >= g[left] * T(1 - 1e-9);
-    r.dt = select(r.last, g[left], dt);
-    return r;
-}
 /// The square of a step's error, in units of the tolerance.
 /// @param x, x1  its ends
 template <class Tableau, class Sys, int W, int N>
 FILIPPOV_INLINE Lanes<W> step_error(const Run<Sys>& run, const RungeKutta<Tableau, Lanes<W>, N>& rk,
                                     const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1,
                                     const Lanes<W>& dt) {
-    Vec<Lanes<W>, N> weight;
-    for (int i = 0; i < N; ++i)
-        weight[i] = max(abs(x[i]), abs(x1[i]));
-    weight = scale(run.settings, weight);
+    Vec<Lanes<W>, N> weight = scale_of_step(run.settings, x, x1);
     for (int i = 0; i < N; ++i)
         weight[i] = dt / weight[i];
     return Tableau::squared_error(rk, weight);
@@ -140,7 +123,7 @@ template <class Tableau, class Sys, int W, int N, class Shorter>
 FILIPPOV_INLINE LaneMask<W>
 accept(const Run<Sys>& run, Group<Sys, W>& g, const RungeKutta<Tableau, Lanes<W>, N>& rk,
        const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1, const Lanes<W>& total,
-       const Trial<W>& r, const Shorter& shorter) {
+       const Trial<Lanes<W>>& r, const Shorter& shorter) {
     using T = Lanes<W>;
     const T error = step_error(run, rk, x, x1, r.dt);
     const LaneMask<W> sound = finite(total) & (error < infinity<W>());
