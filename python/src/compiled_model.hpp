@@ -2,10 +2,10 @@
 // A C++ system behind the interface of model.hpp.
 #pragma once
 
-#include "model.hpp"
+#include "dense_solution.hpp"
+#include "samples.hpp"
 
 #include <filippov/engine/all_branches.hpp>
-#include <filippov/engine/trajectory.hpp>
 #include <filippov/methods/rodas5p.hpp>
 #include <filippov/orbits/any_system.hpp>
 #include <filippov/orbits/diagram.hpp>
@@ -15,330 +15,6 @@
 #include <utility>
 
 namespace filippov::python {
-
-/// The solution of a run as its dense pieces.
-template <class Sys> class DenseSolution final : public Solution {
-public:
-    static constexpr int N = dim_v<Sys>;
-    static constexpr int M = surfaces_v<Sys>;
-    using X = Vec<double, N>;
-
-    Trajectory<Sys, double> trajectory;
-
-    DenseSolution(const Sys& sys, const Params<Sys, double>& p, const X& scale)
-        : trajectory{sys, p, {}, {}, {}, {}, {}, {}, scale}, n_(component_count(sys)),
-          m_(surface_count(sys)) {}
-
-    std::span<const double> knots() const override { return trajectory.t; }
-    void states(std::span<const double> times, std::span<double> out) const override {
-        for (std::size_t k = 0; k < times.size(); ++k) {
-            const X x = state(times[k]);
-            std::copy_n(x.data(), n_, out.begin() + std::ptrdiff_t(k) * n_);
-        }
-    }
-    void modes(std::span<const double> times, std::span<signed char> out) const override {
-        for (std::size_t k = 0; k < times.size(); ++k) {
-            const Mode<M> mode = mode_at(times[k]);
-            std::copy_n(mode.side.data(), m_, out.begin() + std::ptrdiff_t(k) * m_);
-        }
-    }
-    void blend(std::span<const double> times, std::span<double> out) const override {
-        for (std::size_t k = 0; k < times.size(); ++k) {
-            const double time = times[k];
-            const Mode<M> mode = mode_at(time);
-            const double T = period(trajectory.sys, trajectory.p);
-            for (int j = 0; j < m_; ++j) {
-                double& s = out[k * std::size_t(m_) + std::size_t(j)];
-                s = mode[j];
-                if (mode[j] != 0)
-                    continue;
-                const double local = Clock<double>::at(time, T).local;
-                s = is_kind(trajectory.sys, j, SurfaceKind::jump)
-                        ? std::numeric_limits<double>::quiet_NaN() // contact: a force, and no s
-                        : sliding_margin(trajectory.sys, mode, j, local, state(time), trajectory.p)
-                              .s;
-            }
-        }
-    }
-
-    PackedSolution packed() const override {
-        PackedSolution all;
-        const auto append = [&](std::vector<double>& column, const X& x) {
-            column.insert(column.end(), x.begin(), x.begin() + n_);
-        };
-        all.params.assign(trajectory.p.begin(),
-                          trajectory.p.begin() + given_params(trajectory.sys));
-        append(all.scale, trajectory.scale);
-        all.t = trajectory.t;
-        for (const X& x : trajectory.x)
-            append(all.x, x);
-        for (const Mode<M>& mode : trajectory.mode)
-            all.mode.insert(all.mode.end(), mode.side.begin(), mode.side.begin() + m_);
-        for (const auto& piece : trajectory.pieces) {
-            all.period.push_back(piece.clock.index);
-            all.t_local.push_back(piece.clock.local);
-            all.carry.push_back(piece.clock.carry);
-            all.dt.push_back(piece.dt);
-            append(all.x0, piece.x0);
-            for (const X& c : piece.polynomial.c)
-                append(all.polynomial, c);
-            all.closed_form.push_back(piece.closed_form);
-        }
-        return all;
-    }
-    static std::shared_ptr<const Solution> of(const Sys& sys, const PackedSolution& all) {
-        const int n = component_count(sys), m = surface_count(sys);
-        const auto vector = [n](const std::vector<double>& column, std::size_t row,
-                                double rest = 0.0) {
-            return padded<N>(std::span(column).subspan(row * std::size_t(n)), n, rest);
-        };
-        const auto p = all_params<double>(sys, all.params);
-        auto made = std::make_shared<DenseSolution>(sys, p, vector(all.scale, 0, 1.0));
-        Trajectory<Sys, double>& kept = made->trajectory;
-        kept.t = all.t;
-        for (std::size_t k = 0; k < all.t.size(); ++k) {
-            kept.x.push_back(vector(all.x, k));
-            Mode<M> mode;
-            for (int j = 0; j < M; ++j)
-                mode.set(j, j < m ? all.mode[k * std::size_t(m) + std::size_t(j)] : 1);
-            kept.mode.push_back(mode);
-        }
-        for (std::size_t k = 0; k < all.dt.size(); ++k) {
-            DensePiece<double, N, M> piece{
-                {filippov::period(sys, p), all.period[k], all.t_local[k], all.carry[k]},
-                all.dt[k],
-                vector(all.x0, k),
-                kept.mode[k + 1],
-                {},
-                all.closed_form[k] != 0};
-            for (std::size_t i = 0; i < solution_terms; ++i)
-                piece.polynomial.c[i] = vector(all.polynomial, k * solution_terms + i);
-            kept.pieces.push_back(piece);
-        }
-        return made;
-    }
-
-private:
-    X state(double time) const {
-        if (const auto k = knot(time))
-            return trajectory.x[*k];
-        return trajectory(time);
-    }
-    Mode<M> mode_at(double time) const {
-        if (trajectory.pieces.empty())
-            return trajectory.mode.front();
-        return trajectory.mode_at(time);
-    }
-    /// The knot at exactly this time, the first if there are several: the value from before.
-    std::optional<std::size_t> knot(double time) const {
-        const auto& t = trajectory.t;
-        const bool forward = t.back() >= t.front();
-        const auto before = [forward](double a, double b) { return forward ? a < b : a > b; };
-        const auto found = std::lower_bound(t.begin(), t.end(), time, before);
-        if (found == t.end() || *found != time)
-            return std::nullopt;
-        return std::size_t(found - t.begin());
-    }
-
-    const int n_, m_; ///< components, surfaces
-};
-
-/// Keeps what the task asks for of a run.
-template <class Sys> class Keeper {
-public:
-    static constexpr int N = dim_v<Sys>;
-    static constexpr int M = surfaces_v<Sys>;
-    using X = Vec<double, N>;
-
-    Keeper(const Sys& sys, const Params<Sys, double>& p, const Task& task, const X& scale)
-        : task_(task), n_(component_count(sys)), m_(std::size_t(surface_count(sys))),
-          scratch_(std::make_shared<DenseSolution<Sys>>(sys, p, scale)) {
-        if (task.dense)
-            solution_ = std::make_shared<DenseSolution<Sys>>(sys, p, scale);
-    }
-
-    operator Observer<double, N, M>() & {
-        return {.event = [this](const Event<double, N, M>& event) { on_event(event); },
-                .step = [this](const StepView<double, N, M>& step,
-                               const StepPath<double, N>& path) { on_step(step, path); },
-                .stop = task_.interrupted};
-    }
-
-    /// The run as a whole, its last point the point where it ended.
-    Run finish(const FlowResult<double, N, M>& result) {
-        run_.status = result.status;
-        run_.message = result.message();
-        run_.counters = result.counters;
-        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
-            keep_moved(result.clock, result.t, result.x, result.mode);
-        if (result.status == Status::ok) {
-            run_.events.t.back() = task_.t_end;
-            if (solution_ && stepped_)
-                solution_->trajectory.t.back() = task_.t_end;
-            if (!task_.t_eval && stepped_)
-                run_.t.back() = task_.t_end;
-            while (next_time_) {
-                keep(*next_time_, result.x, last_mode_);
-                advance_times();
-            }
-        } else if (task_.t_eval && (run_.t.empty() || run_.t.back() != result.t)) {
-            keep(result.t, result.x, last_mode_);
-        }
-        run_.solution = solution_;
-        return std::move(run_);
-    }
-
-private:
-    void on_event(const Event<double, N, M>& event) {
-        if (event.kind == EventKind::start)
-            start(event);
-        EventColumns& log = run_.events;
-        // The clock rounds when it turns absolute time into periods and back; the ends are given.
-        log.t.push_back(event.kind == EventKind::start ? task_.t0 : event.t);
-        log.t_local.push_back(event.t_local);
-        log.period.push_back(event.period);
-        log.kind.push_back(int(event.kind));
-        log.surface.push_back(event.surface);
-        log.s.push_back(event.s);
-        log.contacts.push_back(event.contacts);
-        log.alternatives.push_back(event.alternatives);
-        append(log.x_left, event.x_left);
-        append(log.x_right, event.x_right);
-        append(log.mode_before, event.mode_before);
-        append(log.mode_after, event.mode_after);
-    }
-
-    void on_step(const StepView<double, N, M>& step, const StepPath<double, N>& path) {
-        Clock<double> end = step.clock;
-        end.advance(step.dt);
-        const double t1 = end.absolute();
-        last_mode_ = step.mode;
-        if (!stepped_)
-            set_first_mode(step.mode);
-        if constexpr (has_jumps_v<Sys>)
-            keep_moved(step.clock, step.clock.absolute(), step.x0, step.mode);
-        const bool forward = task_.t_end >= task_.t0;
-        const bool wanted = next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1);
-        if (solution_ || wanted) {
-            DensePiece<double, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
-            for (auto& c : piece.polynomial.c)
-                c.setZero();
-            path.store(piece);
-            if (wanted)
-                keep_times(piece, t1, step.x1);
-            if (solution_) {
-                auto& kept = solution_->trajectory;
-                kept.t.push_back(t1);
-                kept.x.push_back(step.x1);
-                kept.mode.push_back(step.mode);
-                kept.pieces.push_back(piece);
-            }
-        }
-        if (!task_.t_eval)
-            keep(t1, step.x1, step.mode);
-    }
-
-    /// Keeps a state to which the solution jumped: after a jump the time is there twice, with the
-    /// states before and after.
-    void keep_moved(const Clock<double>& clock, double t, const Vec<double, N>& x,
-                    const Mode<M>& mode) {
-        const auto moved = [&](const double* last) {
-            return !std::equal(x.begin(), x.begin() + n_, last);
-        };
-        if (solution_ && moved(solution_->trajectory.x.back().data())) {
-            auto& kept = solution_->trajectory;
-            kept.t.push_back(t);
-            kept.x.push_back(x);
-            kept.mode.push_back(mode);
-            kept.pieces.push_back(resting_piece(clock, x, mode));
-        }
-        if (!task_.t_eval && !run_.x.empty() &&
-            moved(run_.x.data() + run_.x.size() - std::size_t(n_)))
-            keep(t, x, mode);
-    }
-    void append(std::vector<double>& column, const X& x) const {
-        column.insert(column.end(), x.begin(), x.begin() + n_);
-    }
-    void append(std::vector<signed char>& column, const Mode<M>& mode) const {
-        column.insert(column.end(), mode.side.begin(), mode.side.begin() + std::ptrdiff_t(m_));
-    }
-    void keep(double t, const X& x, const Mode<M>& mode) {
-        run_.t.push_back(t);
-        append(run_.x, x);
-        append(run_.mode, mode);
-    }
-    void advance_times() {
-        ++n_times_;
-        next_time_.reset();
-        if (task_.t_eval && n_times_ < task_.t_eval->size())
-            next_time_ = (*task_.t_eval)[n_times_];
-    }
-    void start(const Event<double, N, M>& event) {
-        last_mode_ = event.mode_after;
-        if (solution_) {
-            auto& kept = solution_->trajectory;
-            kept.t.push_back(task_.t0);
-            kept.x.push_back(event.x_right);
-            kept.mode.push_back(event.mode_after);
-        }
-        if (!task_.t_eval)
-            keep(task_.t0, event.x_right, event.mode_after);
-        if (task_.t_eval && !task_.t_eval->empty())
-            next_time_ = task_.t_eval->front();
-        while (next_time_ && *next_time_ == task_.t0) {
-            keep(task_.t0, event.x_right, event.mode_after);
-            advance_times();
-        }
-    }
-    /// The first point has the mode of the first step.
-    void set_first_mode(const Mode<M>& mode) {
-        stepped_ = true;
-        for (std::size_t i = 0; i < run_.mode.size(); ++i)
-            run_.mode[i] = mode.side[i % m_];
-        if (solution_)
-            solution_->trajectory.mode.front() = mode;
-    }
-    void keep_times(const DensePiece<double, N, M>& piece, double t1, const X& x1) {
-        // One piece as a trajectory of its own: output times and `sol` are the same arithmetic.
-        auto& one = scratch_->trajectory;
-        one.t = {piece.clock.absolute(), t1};
-        one.pieces = {piece};
-        const bool forward = task_.t_end >= task_.t0;
-        while (next_time_ && (forward ? *next_time_ <= t1 : *next_time_ >= t1)) {
-            const double time = *next_time_;
-            keep(time, time == t1 ? x1 : one(within(time, one.t)), piece.mode);
-            advance_times();
-        }
-    }
-    static double within(double time, const std::vector<double>& ends) {
-        return std::clamp(time, std::min(ends[0], ends[1]), std::max(ends[0], ends[1]));
-    }
-
-    const Task& task_;
-    const int n_;         ///< components
-    const std::size_t m_; ///< surfaces
-    std::shared_ptr<DenseSolution<Sys>> solution_, scratch_;
-    std::optional<double> next_time_;
-    std::size_t n_times_ = 0;
-    Mode<M> last_mode_{};
-    bool stepped_ = false;
-    Run run_;
-};
-
-/// The task's event functions as the engine's sections.
-struct Watches {
-    static constexpr int capacity = max_watches;
-    std::span<const Watch> all;
-    mutable std::array<long long, capacity> hits{};
-
-    int size() const { return int(all.size()); }
-    template <class X, class P> double value(int q, double t, const X& x, const P&) const {
-        return all[std::size_t(q)].value(t, x.data());
-    }
-    int direction(int q) const { return all[std::size_t(q)].direction; }
-    /// The engine asks once for every occurrence it logs.
-    bool terminal(int q) const { return ++hits[std::size_t(q)] == all[std::size_t(q)].stop_after; }
-};
 
 template <class Sys> class CompiledModel final : public Model {
 public:
@@ -506,9 +182,6 @@ private:
     }
     DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) const {
         DiagramColumns c;
-        const auto append = [&](std::vector<double>& column, const X& x) {
-            column.insert(column.end(), x.begin(), x.begin() + facts_.dim);
-        };
         for (std::size_t i = 0; i < values.size(); ++i) {
             for (const DiagramPoint<double, N>& point : values[i].points) {
                 c.value.push_back(static_cast<long long>(i));
@@ -559,17 +232,79 @@ private:
         const Settings<double, N> settings =
             filippov::detail::sized_settings<N>(task.settings, facts_.dim);
         const X x0 = padded<N>(task.x0, facts_.dim);
-        X scale;
-        for (int i = 0; i < N; ++i)
-            scale[i] = std::max(settings.atol[i] + settings.rtol * std::abs(x0[i]),
-                                std::numeric_limits<double>::min() / epsilon<double>);
         const P p = params(task.params);
-        Keeper<Sys> keeper(sys_, p, task, scale);
-        Observer<double, N, M> observer = keeper;
+        Trajectory<Sys, double> kept = empty_trajectory(sys_, p, x0, settings);
+        Recorder<Sys, double> recorder(kept, task.dense    ? Keep::dense
+                                             : task.t_eval ? Keep::events
+                                                           : Keep::steps);
+        Observer<double, N, M> observer = recorder;
+        std::optional<Samples<Sys>> samples;
+        if (task.t_eval)
+            observer = samples.emplace(kept, task).heard_with(observer);
         if (script != nullptr)
             observer = scripted(observer, *script);
-        return keeper.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, observer,
-                                           Watches{task.watches, {}}));
+        std::array<long long, max_watches> hits{};
+        if (!task.watches.empty())
+            observer.ends = [&](const Event<double, N, M>& event) {
+                const auto q = std::size_t(event.surface);
+                return event.kind == EventKind::section && ++hits[q] == task.watches[q].stop_after;
+            };
+        observer.stop = task.interrupted;
+        recorder.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, observer,
+                                      sections_of(task.watches)));
+        if (samples)
+            samples->finish(kept.result);
+        Run run = samples ? columns(*samples) : columns(kept);
+        run.events = event_columns(kept.events);
+        run.status = kept.result.status;
+        run.message = kept.result.message();
+        run.counters = kept.result.counters;
+        kept.events.clear();
+        if (task.dense)
+            run.solution = std::make_shared<const DenseSolution<Sys>>(std::move(kept));
+        return run;
+    }
+    static DynamicSections<double, N, params_v<Sys>>
+    sections_of(const std::vector<Watch>& watches) {
+        DynamicSections<double, N, params_v<Sys>> sections;
+        for (const Watch& watch : watches)
+            sections.all[std::size_t(sections.count++)] = {
+                [&watch](double t, const X& x, const P&) { return watch.value(t, x.data()); },
+                watch.direction};
+        return sections;
+    }
+    template <class Points> Run columns(const Points& points) const {
+        Run run;
+        run.t = points.t;
+        for (const X& x : points.x)
+            append(run.x, x);
+        for (const Mode<M>& mode : points.mode)
+            append(run.mode, mode);
+        return run;
+    }
+    EventColumns event_columns(const std::vector<Event<double, N, M>>& events) const {
+        EventColumns log;
+        for (const Event<double, N, M>& event : events) {
+            log.t.push_back(event.t);
+            log.t_local.push_back(event.t_local);
+            log.period.push_back(event.period);
+            log.kind.push_back(int(event.kind));
+            log.surface.push_back(event.surface);
+            log.s.push_back(event.s);
+            log.contacts.push_back(event.contacts);
+            log.alternatives.push_back(event.alternatives);
+            append(log.x_left, event.x_left);
+            append(log.x_right, event.x_right);
+            append(log.mode_before, event.mode_before);
+            append(log.mode_after, event.mode_after);
+        }
+        return log;
+    }
+    void append(std::vector<double>& column, const X& x) const {
+        column.insert(column.end(), x.begin(), x.begin() + facts_.dim);
+    }
+    void append(std::vector<signed char>& column, const Mode<M>& mode) const {
+        column.insert(column.end(), mode.side.begin(), mode.side.begin() + facts_.surfaces);
     }
 
     const Sys sys_;

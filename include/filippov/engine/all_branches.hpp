@@ -112,10 +112,10 @@ simulate_all(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim
             break;
         }
         Solution<Sys, S> solution{{}, empty_trajectory(sys, p, x0, settings)};
-        Recorder<Sys, S, Dense> recorder{solution.trajectory};
+        Recorder<Sys, S> recorder(solution.trajectory, Dense ? Keep::dense : Keep::steps);
         const Observer<S, dim_v<Sys>, M> observer = recorder;
-        solution.trajectory.result =
-            flow<Tableau>(sys, p, x0, t0, t_end, settings, scripted(observer, script), watched);
+        recorder.finish(
+            flow<Tableau>(sys, p, x0, t0, t_end, settings, scripted(observer, script), watched));
         solution.choices = script.made();
         solutions.all.push_back(std::move(solution));
     } while (script.next());

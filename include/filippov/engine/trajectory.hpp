@@ -93,56 +93,6 @@ private:
     }
 };
 
-/// Observer that fills a trajectory.
-template <class Sys, class S, bool Dense> struct Recorder {
-    static constexpr int N = dim_v<Sys>;
-    static constexpr int M = surfaces_v<Sys>;
-    Trajectory<Sys, S>& trajectory;
-
-    operator Observer<S, N, M>() & {
-        return {.event = [this](const Event<S, N, M>& event) { on_event(event); },
-                .step = [this](const StepView<S, N, M>& step,
-                               const StepPath<S, N>& path) { on_step(step, path); }};
-    }
-
-private:
-    void on_event(const Event<S, N, M>& event) {
-        if (event.kind == EventKind::start)
-            add(event.t, event.x_right, event.mode_after);
-        trajectory.events.push_back(event);
-        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
-            if (event.kind == EventKind::end && event.x_right != trajectory.x.back())
-                land(Clock<S>::at(event.t, period(trajectory.sys, trajectory.p)), event.t,
-                     event.x_right, event.mode_after);
-    }
-    void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
-        if (trajectory.t.size() == 1)
-            trajectory.mode.front() = step.mode;
-        if constexpr (has_jumps_v<Sys>)
-            if (step.x0 != trajectory.x.back())
-                land(step.clock, step.clock.absolute(), step.x0, step.mode);
-        add(step.end.absolute(), step.x1, step.mode);
-        if constexpr (Dense) {
-            DensePiece<S, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
-            for (auto& c : piece.polynomial.c)
-                c.setZero();
-            path.store(piece);
-            trajectory.pieces.push_back(piece);
-        }
-    }
-    /// After a jump of the state the time is there twice, with the states before and after.
-    void land(const Clock<S>& clock, const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
-        add(t, x, mode);
-        if constexpr (Dense)
-            trajectory.pieces.push_back(resting_piece(clock, x, mode));
-    }
-    void add(const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
-        trajectory.t.push_back(t);
-        trajectory.x.push_back(x);
-        trajectory.mode.push_back(mode);
-    }
-};
-
 /// A trajectory of which nothing is known yet.
 template <class Sys, class S>
 Trajectory<Sys, S> empty_trajectory(const Sys& sys, const Params<Sys, S>& p,
@@ -151,11 +101,104 @@ Trajectory<Sys, S> empty_trajectory(const Sys& sys, const Params<Sys, S>& p,
     Trajectory<Sys, S> trajectory{sys, p, {}, {}, {}, {}, {}, {}, {}};
     for (int i = 0; i < dim_v<Sys>; ++i) {
         using std::abs;
-        trajectory.scale[i] = std::max(S(settings.atol[i] + settings.rtol * abs(x0[i])),
-                                       std::numeric_limits<S>::min() / epsilon<S>);
+        trajectory.scale[i] = error_allowed(settings.atol[i], settings.rtol, S(abs(x0[i])));
     }
     return trajectory;
 }
+
+/// An accepted step as it can be evaluated later.
+template <class S, int N, int M>
+DensePiece<S, N, M> piece_of(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
+    DensePiece<S, N, M> piece{step.clock, step.dt, step.x0, step.mode, {}, false};
+    for (auto& c : piece.polynomial.c)
+        c.setZero();
+    path.store(piece);
+    return piece;
+}
+
+/// What is kept of the steps of a run; its events are kept anyway.
+enum class Keep {
+    events, ///< nothing
+    steps,  ///< where they end
+    dense   ///< and what lies between
+};
+
+/// Observer that fills a trajectory. It hears one run, whose result `finish` is told.
+template <class Sys, class S> class Recorder {
+public:
+    static constexpr int N = dim_v<Sys>;
+    static constexpr int M = surfaces_v<Sys>;
+
+    explicit Recorder(Trajectory<Sys, S>& trajectory, Keep keep = Keep::dense)
+        : trajectory_(trajectory), keep_(keep) {}
+
+    operator Observer<S, N, M>() & {
+        return {.begin =
+                    [this](const S& t0, const S& t_end) {
+                        t0_ = t0;
+                        t_end_ = t_end;
+                    },
+                .event = [this](const Event<S, N, M>& event) { on_event(event); },
+                .step =
+                    keep_ == Keep::events
+                        ? nullptr
+                        : std::function<void(const StepView<S, N, M>&, const StepPath<S, N>&)>(
+                              [this](const auto& step, const auto& path) { on_step(step, path); })};
+    }
+
+    /// The clock rounds where it turns absolute times into periods and back: a run that reached its
+    /// end ends at exactly the time that was given.
+    void finish(FlowResult<S, N, M> result) {
+        if (result.status == Status::ok) {
+            trajectory_.events.back().t = t_end_;
+            auto& t = trajectory_.t;
+            const S reached = t.empty() ? t_end_ : t.back();
+            for (std::size_t k = t.size(); k-- > 1 && t[k] == reached;) // twice after a jump
+                t[k] = t_end_;
+        }
+        trajectory_.result = std::move(result);
+    }
+
+private:
+    void on_event(const Event<S, N, M>& event) {
+        trajectory_.events.push_back(event);
+        if (event.kind == EventKind::start)
+            trajectory_.events.back().t = t0_;
+        if (keep_ == Keep::events)
+            return;
+        if (event.kind == EventKind::start)
+            add(t0_, event.x_right, event.mode_after);
+        if constexpr (has_jumps_v<Sys>) // a jump in the last instant
+            if (event.kind == EventKind::end && event.x_right != trajectory_.x.back())
+                land(Clock<S>::at(event.t, period(trajectory_.sys, trajectory_.p)), event.t,
+                     event.x_right, event.mode_after);
+    }
+    void on_step(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
+        if (trajectory_.t.size() == 1)
+            trajectory_.mode.front() = step.mode;
+        if constexpr (has_jumps_v<Sys>)
+            if (step.x0 != trajectory_.x.back())
+                land(step.clock, step.clock.absolute(), step.x0, step.mode);
+        add(step.end.absolute(), step.x1, step.mode);
+        if (keep_ == Keep::dense)
+            trajectory_.pieces.push_back(piece_of(step, path));
+    }
+    /// After a jump of the state the time is there twice, with the states before and after.
+    void land(const Clock<S>& clock, const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
+        add(t, x, mode);
+        if (keep_ == Keep::dense)
+            trajectory_.pieces.push_back(resting_piece(clock, x, mode));
+    }
+    void add(const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
+        trajectory_.t.push_back(t);
+        trajectory_.x.push_back(x);
+        trajectory_.mode.push_back(mode);
+    }
+
+    Trajectory<Sys, S>& trajectory_;
+    const Keep keep_;
+    S t0_{}, t_end_{};
+};
 
 /// Simulates and keeps everything: the convenient form of `flow`.
 /// @param params  `{}`: the defaults
@@ -167,8 +210,8 @@ Trajectory<Sys, S> simulate(const Sys& sys, const GivenParams<Sys, S>& params,
                             const Settings<S, dim_v<Sys>>& settings = {}, const Sec& watched = {}) {
     const Params<Sys, S> p = params.of(sys);
     Trajectory<Sys, S> trajectory = empty_trajectory(sys, p, x0, settings);
-    Recorder<Sys, S, Dense> recorder{trajectory};
-    trajectory.result = flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched);
+    Recorder<Sys, S> recorder(trajectory, Dense ? Keep::dense : Keep::steps);
+    recorder.finish(flow<Tableau>(sys, p, x0, t0, t_end, settings, recorder, watched));
     return trajectory;
 }
 
