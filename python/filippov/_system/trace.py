@@ -27,14 +27,38 @@ def _operators(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
     )
 
 
-class Expression:
+class _Recorded:
+    """Takes over what numpy is asked to do with it."""
+
+    __slots__ = ()
+    __array_priority__ = 1000
+
+    def __array_ufunc__(
+        self,
+        ufunc: np.ufunc,
+        method: str,
+        *inputs: Any,
+        **kwargs: Any,
+    ) -> Any:
+        return _apply_ufunc(ufunc, method, inputs, kwargs)
+
+    def __array_function__(
+        self,
+        func: Callable[..., Any],
+        types: object,
+        args: Sequence[Any],
+        kwargs: Mapping[str, Any],
+    ) -> Any:
+        return _apply_function(func, args, kwargs)
+
+
+class Expression(_Recorded):
     """A number that is not known yet: a component of the state, the time, or what is made of them.
 
     Arithmetic, comparisons and numpy's functions of it are recorded.
     """
 
     __slots__ = ("_e", "_graph")
-    __array_priority__ = 1000
     # A comparison gives an expression, so that it cannot be looked up by its value.
     __hash__ = None  # type: ignore[assignment]
 
@@ -142,26 +166,6 @@ class Expression:
         from .formula import text
 
         return text(self._graph, self._e)
-
-    # --- numpy ------------------------------------------------------------------------------------
-
-    def __array_ufunc__(
-        self,
-        ufunc: np.ufunc,
-        method: str,
-        *inputs: Any,
-        **kwargs: Any,
-    ) -> Any:
-        return _apply_ufunc(ufunc, method, inputs, kwargs)
-
-    def __array_function__(
-        self,
-        func: Callable[..., Any],
-        types: object,
-        args: Sequence[Any],
-        kwargs: Mapping[str, Any],
-    ) -> Any:
-        return _apply_function(func, args, kwargs)
 
     # --- how it is made ---------------------------------------------------------------------------
 
@@ -372,11 +376,10 @@ def _fold(function: Callable[..., Any], values: list[Any]) -> Any:
 # --- vectors --------------------------------------------------------------------------------------
 
 
-class Vector(Sequence[Any]):
+class Vector(_Recorded, Sequence[Any]):
     """Some numbers, of which some are recorded: what arithmetic with arrays gives."""
 
     __slots__ = ("_entries",)
-    __array_priority__ = 1000
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, entries: Sequence[Any]) -> None:
@@ -444,24 +447,6 @@ class Vector(Sequence[Any]):
             "np.array or np.asarray of recorded numbers, or A.dot(s): use np.stack, np.concatenate,"
             " A @ s, or return a tuple"
         )
-
-    def __array_ufunc__(
-        self,
-        ufunc: np.ufunc,
-        method: str,
-        *inputs: Any,
-        **kwargs: Any,
-    ) -> Any:
-        return _apply_ufunc(ufunc, method, inputs, kwargs)
-
-    def __array_function__(
-        self,
-        func: Callable[..., Any],
-        types: object,
-        args: Sequence[Any],
-        kwargs: Mapping[str, Any],
-    ) -> Any:
-        return _apply_function(func, args, kwargs)
 
 
 def _install_vector_operators() -> None:
