@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 from collections.abc import Callable, Sequence
-from typing import Any, Final, TypeAlias, TypedDict
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,18 +12,34 @@ config: Final[dict[str, str | int | bool]]
 seam: Final[dict[str, str]]
 max_event_functions: Final[int]
 
-class _Run(TypedDict):
+class EventColumns:
+    t: _Floats
+    t_local: _Floats
+    s: _Floats
+    x_left: _Floats
+    x_right: _Floats
+    period: NDArray[np.int64]
+    kind: NDArray[np.int32]
+    surface: NDArray[np.int32]
+    alternatives: NDArray[np.int32]
+    contacts: NDArray[np.uint32]
+    mode_before: NDArray[np.int8]
+    mode_after: NDArray[np.int8]
+    def __init__(self, **fields: Any) -> None: ...
+
+class Run:
     t: _Floats
     y: _Floats
     mode: NDArray[np.int8]
-    events: dict[str, NDArray[Any]]
+    events: EventColumns
     solution: Solution | None
     counters: dict[str, int]
     status: str
     message: str
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Diagram(TypedDict):
+class Diagram:
     value: NDArray[np.int64]
     period: NDArray[np.int64]
     t_local: _Floats
@@ -39,8 +55,9 @@ class _Diagram(TypedDict):
     message: list[str]
     counters: dict[str, int]
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Cycles(TypedDict):
+class CycleColumns:
     size: NDArray[np.int64]
     mode: NDArray[np.int32]
     until: NDArray[np.int32]
@@ -53,8 +70,25 @@ class _Cycles(TypedDict):
     p: _Floats
     t_start: _Floats
     x_start: _Floats
+    def __init__(
+        self,
+        *,
+        size: NDArray[np.int64] = ...,
+        mode: NDArray[np.int32] = ...,
+        until: NDArray[np.int32] = ...,
+        surface: NDArray[np.int32] = ...,
+        t: _Floats = ...,
+        x: _Floats = ...,
+        s: _Floats = ...,
+        turns: NDArray[np.int64] = ...,
+        period: _Floats = ...,
+        p: _Floats = ...,
+        t_start: _Floats = ...,
+        x_start: _Floats = ...,
+    ) -> None: ...
 
-class _Orbit(_Cycles):
+class OrbitResult:
+    cycles: CycleColumns
     multipliers: NDArray[np.complex128]
     monodromy: _Floats
     stable: bool
@@ -63,49 +97,45 @@ class _Orbit(_Cycles):
     status: str
     message: str
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Columns(TypedDict):
-    phase: _Floats
-    boundary: NDArray[np.int8]
-    value: _Floats
-    value_boundary: NDArray[np.int8]
-    slope: _Floats
-    turns: NDArray[np.int64]
-    true_exit: NDArray[np.uint8]
-    status: NDArray[np.int32]
-    word: list[str]
+class SpecialPointResult:
+    orbit: OrbitResult
+    kind: str
+    node: int
+    side: int
+    word_before: str
+    word_after: str
+    conditions: list[tuple[str, float]]
+    multipliers: NDArray[np.complex128]
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Images(_Columns):
-    raised: BaseException | None
-
-class _Graph(TypedDict):
-    samples: _Columns
-    left: _Columns
-    right: _Columns
-    jump: list[bool]
-    points: list[dict[str, Any]]
+class BranchColumns:
+    kind: str
+    cycles: CycleColumns
+    multipliers: NDArray[np.complex128]
+    stable: NDArray[np.int8]
+    special: list[SpecialPointResult]
+    ends: tuple[str, str]
+    corrections: int
     status: str
-    message: str
-    evaluations: int
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Mapped(TypedDict):
-    x: _Floats
-    t: _Floats
-    slope: _Floats
-    param_slope: _Floats
-    word: list[str]
-    slides: NDArray[np.int64]
-    singular: NDArray[np.uint8]
-    status: list[str]
-    message: list[str]
+class Curves:
+    curves: list[BranchColumns]
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Found(TypedDict):
-    found: list[dict[str, Any]]
+class BifurcationSetResult:
+    branches: list[BranchColumns]
+    curves: list[BranchColumns]
+    corrections: int
+    failed_starts: int
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Exponents(TypedDict):
+class LyapunovResult:
     exponents: _Floats
     error: _Floats
     t_begin: float
@@ -117,37 +147,113 @@ class _Exponents(TypedDict):
     status: str
     message: str
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Special(TypedDict):
-    orbit: _Orbit
-    kind: str
-    node: int
-    side: int
-    word_before: str
-    word_after: str
-    conditions: list[tuple[str, float]]
-    multipliers: NDArray[np.complex128]
+class MapSampleColumns:
+    phase: _Floats
+    boundary: NDArray[np.int8]
+    value: _Floats
+    value_boundary: NDArray[np.int8]
+    slope: _Floats
+    turns: NDArray[np.int64]
+    true_exit: NDArray[np.uint8]
+    status: NDArray[np.int32]
+    word: list[str]
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Branch(_Cycles):
-    kind: str
-    multipliers: NDArray[np.complex128]
-    stable: NDArray[np.int8]
-    special: list[_Special]
-    ends: tuple[str, str]
-    corrections: int
+class FixedPointResult:
+    phase: float
+    boundary: int
+    slope: float
+    stable: bool
+    iterate: int
+    prime: int
+    turns: int
+    tangent: bool
+    t: float
+    x: list[float]
+    def __init__(self, **fields: Any) -> None: ...
+
+class MapGraphResult:
+    samples: MapSampleColumns
+    left: MapSampleColumns
+    right: MapSampleColumns
+    jump: list[bool]
+    points: list[FixedPointResult]
     status: str
+    message: str
+    evaluations: int
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Curves(TypedDict):
-    curves: list[_Branch]
+class MapImages:
+    samples: MapSampleColumns
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Set(TypedDict):
-    branches: list[_Branch]
-    curves: list[_Branch]
-    corrections: int
-    failed_starts: int
+class MappedColumns:
+    x: _Floats
+    t: _Floats
+    slope: _Floats
+    param_slope: _Floats
+    word: list[str]
+    slides: NDArray[np.int64]
+    singular: NDArray[np.uint8]
+    status: list[str]
+    message: list[str]
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class TangencyResult:
+    t: float
+    x: list[float]
+    side: int
+    second: float
+    other: float
+    drift: float
+    visible: bool
+    attracting: bool
+    def __init__(self, **fields: Any) -> None: ...
+
+class Tangencies:
+    found: list[TangencyResult]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class SlidingBoundaryColumns:
+    side: int
+    t: _Floats
+    x: _Floats
+    second: _Floats
+    other: _Floats
+    drift: _Floats
+    tangential: list[TangencyResult]
+    status: str
+    message: str
+    def __init__(self, **fields: Any) -> None: ...
+
+class SlidingBoundaries:
+    found: list[SlidingBoundaryColumns]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class EquilibriumResult:
+    kind: str
+    x: list[float]
+    side: int
+    s: float
+    real: bool
+    attracting: bool
+    stable: bool
+    encounter: str
+    eigenvalues: list[complex]
+    value: float
+    def __init__(self, **fields: Any) -> None: ...
+
+class Equilibria:
+    found: list[EquilibriumResult]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
 class Model:
     @property
@@ -219,13 +325,14 @@ class Graph:
     def call(self, function: int, output: int, /) -> int: ...
     def functions(self) -> list[tuple[str, bool]]: ...
 
-class _Defined(TypedDict):
+class DefinedSystem:
     model: Model
     h: list[int]
     region: list[list[int]]
     graph: Graph
+    def __init__(self, **fields: Any) -> None: ...
 
-class _Steps(TypedDict):
+class StepColumns:
     status: str
     message: str
     n_steps: int
@@ -234,6 +341,7 @@ class _Steps(TypedDict):
     y: _Floats
     s: _Floats
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
 most_tape_dims: Final[int]
 most_tape_params: Final[int]
@@ -250,7 +358,7 @@ def define(
     period: int | None,
     smoothing: tuple[int, int, int] | None,
     /,
-) -> _Defined: ...
+) -> DefinedSystem: ...
 def time_stepping(
     graph: Graph,
     defaults: Sequence[float],
@@ -264,7 +372,7 @@ def time_stepping(
     theta: float,
     keep: int,
     /,
-) -> _Steps: ...
+) -> StepColumns: ...
 
 class Solution:
     def pack(self) -> dict[str, np.ndarray[Any, Any]]: ...
@@ -348,7 +456,7 @@ def simulate(
     events: list[tuple[Callable[..., float], int, int, bool]],
     params: object,
     /,
-) -> tuple[list[_Run], bool]: ...
+) -> tuple[list[Run], bool]: ...
 def diagram(
     model: Model,
     x0: _Floats,
@@ -365,7 +473,7 @@ def diagram(
     threads: int,
     progress: Callable[[int, int], object] | None,
     /,
-) -> _Diagram: ...
+) -> Diagram: ...
 def settle(
     model: Model,
     p: _Floats,
@@ -375,7 +483,7 @@ def settle(
     window: float,
     settings: RunSettings,
     /,
-) -> _Orbit: ...
+) -> OrbitResult: ...
 def orbit_near(
     model: Model,
     p: _Floats,
@@ -385,11 +493,11 @@ def orbit_near(
     window: float,
     settings: RunSettings,
     /,
-) -> _Orbit: ...
-def solve_orbit(model: Model, cycle: tuple[Any, ...], settings: RunSettings, /) -> _Orbit: ...
+) -> OrbitResult: ...
+def solve_orbit(model: Model, cycle: CycleColumns, settings: RunSettings, /) -> OrbitResult: ...
 def trace(
     model: Model,
-    cycle: tuple[Any, ...],
+    cycle: CycleColumns,
     kind: int,
     node: int,
     side: int,
@@ -402,10 +510,10 @@ def trace(
     progress: Callable[[int, int], object] | None,
     settings: RunSettings,
     /,
-) -> _Branch: ...
+) -> BranchColumns: ...
 def trace_curves(
     model: Model,
-    cycle: tuple[object, ...],
+    cycle: CycleColumns,
     kind: int,
     node: int,
     side: int,
@@ -417,7 +525,7 @@ def trace_curves(
     max_points: int,
     settings: RunSettings,
     /,
-) -> _Curves: ...
+) -> Curves: ...
 def bifurcation_set(
     model: Model,
     p: _Floats,
@@ -437,7 +545,7 @@ def bifurcation_set(
     show: Callable[[int, int], object] | None,
     settings: RunSettings,
     /,
-) -> _Set: ...
+) -> BifurcationSetResult: ...
 def bifurcation_names() -> list[str]: ...
 def map_graph(
     model: Model,
@@ -450,7 +558,7 @@ def map_graph(
     max_evaluations: int,
     progress: Callable[[int, int], object] | None,
     /,
-) -> _Graph: ...
+) -> MapGraphResult: ...
 def map_images(
     model: Model,
     p: _Floats,
@@ -461,7 +569,7 @@ def map_images(
     boundary: NDArray[np.int32],
     phase: _Floats,
     /,
-) -> _Images: ...
+) -> MapImages: ...
 def lyapunov(
     model: Model,
     p: _Floats,
@@ -473,7 +581,7 @@ def lyapunov(
     batches: int,
     progress: Callable[[int, int], object] | None,
     /,
-) -> _Exponents: ...
+) -> LyapunovResult: ...
 def strobe_map(
     model: Model,
     t0: _Floats,
@@ -483,7 +591,7 @@ def strobe_map(
     settings: RunSettings,
     iterate: int,
     /,
-) -> _Mapped: ...
+) -> MappedColumns: ...
 def section_map(
     model: Model,
     t0: _Floats,
@@ -497,7 +605,7 @@ def section_map(
     surface: int,
     max_time: float,
     /,
-) -> _Mapped: ...
+) -> MappedColumns: ...
 def tangencies(
     model: Model,
     sides: Sequence[int],
@@ -507,14 +615,16 @@ def tangencies(
     p: _Floats,
     seeds: int,
     /,
-) -> _Found: ...
+) -> Tangencies: ...
 def describe_tangencies(
     model: Model, t: float, x: _Floats, p: _Floats, /
-) -> list[dict[str, Any]]: ...
+) -> list[TangencyResult]: ...
 def sliding_boundaries(
     model: Model, low: _Floats, high: _Floats, p: _Floats, samples: int, seeds: int, /
-) -> _Found: ...
-def equilibria(model: Model, low: _Floats, high: _Floats, p: _Floats, seeds: int, /) -> _Found: ...
+) -> SlidingBoundaries: ...
+def equilibria(
+    model: Model, low: _Floats, high: _Floats, p: _Floats, seeds: int, /
+) -> Equilibria: ...
 def boundary_equilibria(
     model: Model,
     low: _Floats,
@@ -525,20 +635,21 @@ def boundary_equilibria(
     end: float,
     seeds: int,
     /,
-) -> _Found: ...
+) -> Equilibria: ...
 def depends_on_time(model: Model, low: _Floats, high: _Floats, p: _Floats, /) -> bool: ...
 
-class _Ensemble(TypedDict):
+class EnsembleColumns:
     x: _Floats
     t: _Floats
     period: NDArray[np.int64]
     status: NDArray[np.int8]
-    mode: NDArray[np.int8]
+    mode: NDArray[np.int16]
     events: NDArray[np.int32]
     slides: NDArray[np.int32]
     slide_time: _Floats
     counters: dict[str, int]
     raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
 _Axes: TypeAlias = list[tuple[int, float, float, int]]
 
@@ -557,7 +668,25 @@ def ensemble(
     settings: RunSettings,
     threads: int,
     show: Callable[[int, int], object] | None,
-) -> _Ensemble: ...
+) -> EnsembleColumns: ...
+
+class SectionImages:
+    x: _Floats
+    t: _Floats
+    status: NDArray[np.int8]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class CellMapColumns:
+    group: NDArray[np.int32]
+    steps: NDArray[np.int32]
+    period: NDArray[np.int32]
+    basin: NDArray[np.int32]
+    cells: list[NDArray[np.int32]]
+    sink_basin: int
+    unresolved_basin: int
+    def __init__(self, **fields: Any) -> None: ...
+
 def cells_of(axes: _Axes, points: _Floats) -> NDArray[np.int32]: ...
 def centres(axes: _Axes) -> _Floats: ...
 def lines_on_surface(
@@ -575,8 +704,107 @@ def section_images(
     iterate: int,
     threads: int,
     show: Callable[[int, int], object] | None,
-) -> dict[str, Any]: ...
-def cell_map(axes: _Axes, image: NDArray[np.int32]) -> dict[str, Any]: ...
+) -> SectionImages: ...
+def cell_map(axes: _Axes, image: NDArray[np.int32]) -> CellMapColumns: ...
+
+class StrobeCycleColumns:
+    points: _Floats
+    multipliers: NDArray[np.complex128]
+    residual: float
+    def __init__(self, **fields: Any) -> None: ...
+
+class AttractorColumns:
+    periodic: bool
+    points: _Floats
+    multipliers: NDArray[np.complex128]
+    residual: float
+    radius: float
+    norms: _Floats
+    def __init__(self, **fields: Any) -> None: ...
+
+class MappedCellsColumns:
+    image: NDArray[np.int32]
+    state: _Floats
+    status: NDArray[np.int8]
+    counters: dict[str, int]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class LimitSetsResult:
+    plain: CellMapColumns
+    attractors: list[AttractorColumns]
+    saddles: list[StrobeCycleColumns]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class CellLabelsColumns:
+    label: NDArray[np.int32]
+    time: NDArray[np.int32]
+    status: NDArray[np.int8]
+    periods: int
+    looked_up: int
+    counters: dict[str, int]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class GroupCheck:
+    group: int
+    attractor: int
+    cells: list[int]
+    def __init__(self, **fields: Any) -> None: ...
+
+class BasinChecks:
+    confusion: list[GroupCheck]
+    by_exit: bool
+    by_exit_reason: str
+    audited: int
+    disagreements: int
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class PointLabels:
+    label: NDArray[np.int32]
+    time: NDArray[np.int32]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class PairCount:
+    epsilon: float
+    uncertain: int
+    trials: int
+    unresolved: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class PairCounts:
+    counts: list[PairCount]
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class BoundaryDimension:
+    value: float
+    error: float
+    levels: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class Audit:
+    points: int
+    wrong: int
+    share: float
+    bound: float
+    def __init__(self, **fields: Any) -> None: ...
+
+class RefinedColumns:
+    squares: NDArray[np.int32]
+    label: NDArray[np.int32]
+    time: NDArray[np.int32]
+    counts: NDArray[np.int64]
+    trajectories: int
+    dimension: BoundaryDimension
+    audit: Audit
+    status: str
+    message: str
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
 class Picture: ...
 
@@ -592,35 +820,35 @@ class BasinFinder(Picture):
     ) -> None: ...
     def images(
         self, first: int, count: int, show: Callable[[int, int], object] | None
-    ) -> dict[str, Any]: ...
-    def find(self, image: NDArray[np.int32]) -> dict[str, Any]: ...
+    ) -> MappedCellsColumns: ...
+    def find(self, image: NDArray[np.int32]) -> LimitSetsResult: ...
     def labels(
         self,
-        attractors: list[dict[str, Any]],
+        attractors: list[AttractorColumns],
         first: int,
         count: int,
         state: _Floats,
         status: NDArray[np.int8],
         show: Callable[[int, int], object] | None,
-    ) -> dict[str, Any]: ...
+    ) -> CellLabelsColumns: ...
     def complete(
         self,
-        attractors: list[dict[str, Any]],
+        attractors: list[AttractorColumns],
         image: NDArray[np.int32],
         label: NDArray[np.int32],
-    ) -> dict[str, Any]: ...
-    def points(self, attractors: list[dict[str, Any]], points: _Floats) -> dict[str, Any]: ...
+    ) -> BasinChecks: ...
+    def points(self, attractors: list[AttractorColumns], points: _Floats) -> PointLabels: ...
     def pairs(
         self,
-        attractors: list[dict[str, Any]],
+        attractors: list[AttractorColumns],
         epsilons: list[float],
         n: int,
         seed: int,
         show: Callable[[int, int], object] | None,
-    ) -> dict[str, Any]: ...
+    ) -> PairCounts: ...
     def refine(
         self,
-        attractors: list[dict[str, Any]],
+        attractors: list[AttractorColumns],
         coarse: int,
         levels: int,
         time_jump: int,
@@ -628,12 +856,63 @@ class BasinFinder(Picture):
         max_points: int,
         audit: int,
         seed: int,
-    ) -> dict[str, Any]: ...
+    ) -> RefinedColumns: ...
+
+class BoundaryCurveColumns:
+    points: _Floats
+    left_points: _Floats
+    right_points: _Floats
+    kind: NDArray[np.int8]
+    saddle: NDArray[np.int32]
+    periods: NDArray[np.int32]
+    approach: _Floats
+    left: int
+    right: int
+    closed: bool
+    distance: float
+    coarse: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class BoundaryCorner:
+    at: list[float]
+    turn: float
+    error: float
+    curve: int
+    point: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class BasinBoundaryResult:
+    curves: list[BoundaryCurveColumns]
+    corners: list[BoundaryCorner]
+    unresolved: int
+    labels: int
+    stuck: int
+    status: str
+    message: str
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
+
+class UnstableBranchColumns:
+    points: _Floats
+    breaks: NDArray[np.int64]
+    length: float
+    attractor: int
+    status: str
+    message: str
+    def __init__(self, **fields: Any) -> None: ...
+
+class UnstableSetResult:
+    branches: list[UnstableBranchColumns]
+    direction: _Floats
+    multiplier: float
+    turn: int
+    raised: BaseException | None
+    def __init__(self, **fields: Any) -> None: ...
 
 def basin_boundary(
     picture: Picture,
-    attractors: list[dict[str, Any]],
-    saddles: list[dict[str, Any]],
+    attractors: list[AttractorColumns],
+    saddles: list[StrobeCycleColumns],
     label: NDArray[np.int32],
     distance: float,
     width: float,
@@ -641,11 +920,11 @@ def basin_boundary(
     near: float,
     max_labels: int,
     show: Callable[[int, int], object] | None,
-) -> dict[str, Any]: ...
+) -> BasinBoundaryResult: ...
 def unstable_set(
     picture: Picture,
-    attractors: list[dict[str, Any]],
-    saddles: list[dict[str, Any]],
+    attractors: list[AttractorColumns],
+    saddles: list[StrobeCycleColumns],
     point: int,
     gap: float,
     distance: float,
@@ -653,14 +932,56 @@ def unstable_set(
     length: float,
     generations: int,
     max_points: int,
-) -> dict[str, Any]: ...
-def grid_fractions(labels: NDArray[np.int32]) -> list[tuple[Any, ...]]: ...
+) -> UnstableSetResult: ...
+
+class Fraction:
+    label: int
+    value: float
+    low: float
+    high: float
+    count: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class BasinEntropy:
+    mean: float
+    mean_error: float
+    boundary: float
+    boundary_error: float
+    boxes: int
+    boundary_boxes: int
+    unresolved: int
+    def __init__(self, **fields: Any) -> None: ...
+    def passes_log2_test(self) -> bool: ...
+
+class BoxCount:
+    size: int
+    boxes: int
+    def __init__(self, **fields: Any) -> None: ...
+
+class BoxDimension:
+    dimension: float
+    error: float
+    counts: list[BoxCount]
+    def __init__(self, **fields: Any) -> None: ...
+
+class UncertaintyExponent:
+    alpha: float
+    error: float
+    dimension: float
+    log_factor: float
+    chi2: float
+    degrees: int
+    probability: float
+    left_out: list[int]
+    def __init__(self, **fields: Any) -> None: ...
+
+def grid_fractions(labels: NDArray[np.int32]) -> list[Fraction]: ...
 def sampled_fractions(
     labels: NDArray[np.int32], level: float, also: list[int]
-) -> list[tuple[Any, ...]]: ...
-def basin_entropy(labels: NDArray[np.int32], box: int) -> tuple[Any, ...]: ...
-def box_dimension(labels: NDArray[np.int32], smallest: int, largest: int) -> tuple[Any, ...]: ...
-def uncertainty_exponent(rows: list[tuple[Any, ...]]) -> tuple[Any, ...]: ...
+) -> list[Fraction]: ...
+def basin_entropy(labels: NDArray[np.int32], box: int) -> BasinEntropy: ...
+def box_dimension(labels: NDArray[np.int32], smallest: int, largest: int) -> BoxDimension: ...
+def uncertainty_exponent(counts: list[PairCount]) -> UncertaintyExponent: ...
 def match_attractors(
     known: list[tuple[int, _Floats]],
     found: list[_Floats],

@@ -69,9 +69,34 @@ template <class Enum> std::vector<std::string> names_of(Enum last) {
     return names;
 }
 
-/// A struct of settings; a keyword that is none of its fields is an AttributeError.
+/// Shows the garbage collector what a result holds: an exception, whose frames hold the result.
+template <class T> py::custom_type_setup collected() {
+    return py::custom_type_setup([](PyHeapTypeObject* heap) {
+        PyTypeObject& type = heap->ht_type;
+        type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+        type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+            Py_VISIT(Py_TYPE(self));
+            if (py::detail::is_holder_constructed(self))
+                Py_VISIT(py::cast<T&>(py::handle(self)).raised.ptr());
+            return 0;
+        };
+        type.tp_clear = [](PyObject* self) {
+            if (py::detail::is_holder_constructed(self))
+                py::cast<T&>(py::handle(self)).raised = py::none();
+            return 0;
+        };
+    });
+}
+
+/// A struct of settings or results; a keyword that is none of its fields is an AttributeError.
 template <class T> py::class_<T> bind_struct(py::module_& m, const char* name) {
-    return py::class_<T>(m, name).def(py::init([](const py::kwargs& fields) {
+    const auto bound = [&] {
+        if constexpr (requires(T& t) { t.raised; })
+            return py::class_<T>(m, name, collected<T>());
+        else
+            return py::class_<T>(m, name);
+    };
+    return bound().def(py::init([](const py::kwargs& fields) {
         auto made = std::make_unique<T>();
         const py::object self = py::cast(made.get(), py::return_value_policy::reference);
         for (const auto& [field, value] : fields)

@@ -9,8 +9,66 @@ namespace filippov::python {
 namespace {
 
 using Doubles = Array<double>;
+using Complexes = Array<std::complex<double>>;
 
-// --- limit sets, as dictionaries that can be stored and sent -------------------------------------
+/// Some cells as MappedCells: a row a cell.
+struct MappedCellsColumns {
+    py::array_t<std::int32_t> image;
+    py::array_t<double> state;
+    py::array_t<signed char> status;
+    py::dict counters;
+    py::object raised = py::none();
+};
+
+/// LimitSets, with the plain cell map that they were found from.
+struct LimitSetsResult {
+    CellMapColumns plain;
+    std::vector<AttractorColumns> attractors{};
+    std::vector<StrobeCycleColumns> saddles{};
+    py::object raised = py::none();
+};
+
+/// Some cells as CellLabels: a row a cell.
+struct CellLabelsColumns {
+    py::array_t<std::int32_t> label, time;
+    py::array_t<signed char> status;
+    long long periods = 0;
+    std::int64_t looked_up = 0;
+    py::dict counters;
+    py::object raised = py::none();
+};
+
+/// What `BasinFinder::complete` finds out about a picture.
+struct BasinChecks {
+    std::vector<GroupCheck> confusion;
+    bool by_exit = false;
+    std::string by_exit_reason;
+    int audited = 0, disagreements = 0;
+    py::object raised = py::none();
+};
+
+/// Labels of points of a picture, and when they had landed: a row a point.
+struct PointLabels {
+    py::array_t<std::int32_t> label, time;
+    py::object raised = py::none();
+};
+
+/// Pairs of points of a picture: a count a distance.
+struct PairCounts {
+    std::vector<PairCount> counts;
+    py::object raised = py::none();
+};
+
+/// A Refined picture: a row a square that was not split, and one a level.
+struct RefinedColumns {
+    py::array_t<std::int32_t> squares, label, time; // a square
+    py::array_t<long long> counts;                  // a level
+    long long trajectories = 0;
+    BoundaryDimension dimension;
+    Audit audit;
+    std::string status, message;
+    py::object raised = py::none();
+};
 
 py::array_t<double> stacked(const std::vector<Matrix>& matrices, Eigen::Index dim) {
     std::vector<double> all;
@@ -18,21 +76,20 @@ py::array_t<double> stacked(const std::vector<Matrix>& matrices, Eigen::Index di
         all.insert(all.end(), m.data(), m.data() + m.size());
     return as_array(std::move(all), {py::ssize_t(matrices.size()), dim, dim});
 }
-py::dict to_dict(const StrobeCycle& c, Eigen::Index dim) {
-    py::dict d;
-    d["points"] = rows(c.points, dim);
-    d["multipliers"] = as_array(std::vector(c.multipliers), {py::ssize_t(c.multipliers.size())});
-    d["residual"] = c.residual;
-    return d;
+Complexes multipliers_of(const StrobeCycle& c) {
+    return as_array(std::vector(c.multipliers), {py::ssize_t(c.multipliers.size())});
 }
-py::dict to_dict(const Attractor& a, Eigen::Index dim) {
-    py::dict d = to_dict(a.cycle, dim);
-    d["periodic"] = a.periodic;
-    d["radius"] = a.radius;
-    d["norms"] = stacked(a.norms, dim);
-    if (!a.periodic)
-        d["points"] = rows(a.cloud, dim);
-    return d;
+StrobeCycleColumns columns_of(const StrobeCycle& c, Eigen::Index dim) {
+    return {
+        .points = rows(c.points, dim), .multipliers = multipliers_of(c), .residual = c.residual};
+}
+AttractorColumns columns_of(const Attractor& a, Eigen::Index dim) {
+    return {.periodic = a.periodic,
+            .points = rows(a.periodic ? a.cycle.points : a.cloud, dim),
+            .multipliers = multipliers_of(a.cycle),
+            .residual = a.cycle.residual,
+            .radius = a.radius,
+            .norms = stacked(a.norms, dim)};
 }
 std::vector<signed char> bytes(const std::vector<Status>& status) {
     std::vector<signed char> all;
@@ -51,12 +108,6 @@ LabelGrid labels_of(const Array<std::int32_t>& labels) {
     expect(labels.ndim() == 2, "labels have two axes");
     return {view(labels), std::size_t(labels.shape(1))};
 }
-py::list rows_of(const std::vector<Fraction>& fractions) {
-    py::list rows;
-    for (const Fraction& f : fractions)
-        rows.append(py::make_tuple(f.label, f.value, f.low, f.high, f.count));
-    return rows;
-}
 
 /// A BasinFinder whose parts are called one by one. What a call raised, or a signal, ends all later
 /// calls too.
@@ -67,40 +118,34 @@ public:
         : PictureOf(std::forward<Args>(args)...),
           finder_(*analysis_.system, lanes_in(lanes_), grid_, p_, settings_) {}
 
-    py::dict images(std::int32_t first, std::int32_t count, const py::object& show) {
+    MappedCellsColumns images(std::int32_t first, std::int32_t count, const py::object& show) {
         MappedCells images =
             unlocked(show, [&] { return finder_.images({.first = first, .count = count}); });
-        py::dict d;
-        d["image"] = as_array(std::move(images.cell), {count});
-        d["state"] = as_array(std::move(images.states), {count, dim()});
-        d["status"] = as_array(bytes(images.status), {count});
-        d["counters"] = lane_counters_to_dict(images.counters);
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.image = as_array(std::move(images.cell), {count}),
+                .state = as_array(std::move(images.states), {count, dim()}),
+                .status = as_array(bytes(images.status), {count}),
+                .counters = lane_counters_to_dict(images.counters),
+                .raised = analysis_.signals.raised()};
     }
     /// @param image  of all cells
-    py::dict find(const Array<std::int32_t>& image) {
+    LimitSetsResult find(const Array<std::int32_t>& image) {
         CellMap plain;
         const LimitSets sets = unlocked(py::none(), [&] {
             plain = cell_map(grid_, view(image));
             return finder_.find(plain);
         });
-        py::list attractors, saddles;
+        LimitSetsResult result{.plain = python::columns_of(plain),
+                               .raised = analysis_.signals.raised()};
         for (const Attractor& a : sets.attractors)
-            attractors.append(to_dict(a, dim()));
+            result.attractors.push_back(columns_of(a, dim()));
         for (const StrobeCycle& s : sets.saddles)
-            saddles.append(to_dict(s, dim()));
-        py::dict d;
-        d["plain"] = cell_map_to_dict(plain);
-        d["attractors"] = attractors;
-        d["saddles"] = saddles;
-        d["raised"] = analysis_.signals.raised();
-        return d;
+            result.saddles.push_back(columns_of(s, dim()));
+        return result;
     }
     /// @param state, status  of the images of these cells
-    py::dict labels(const py::list& attractors, std::int32_t first, std::int32_t count,
-                    const Doubles& state, const Array<signed char>& status,
-                    const py::object& show) {
+    CellLabelsColumns labels(const std::vector<AttractorColumns>& attractors, std::int32_t first,
+                             std::int32_t count, const Doubles& state,
+                             const Array<signed char>& status, const py::object& show) {
         const std::vector<Attractor> known = attractors_of(attractors);
         MappedCells images;
         images.states = copy(state);
@@ -108,19 +153,17 @@ public:
         CellLabels labels =
             unlocked(show, [&] { return finder_.labels(known, {first, count}, images); });
         labels.time.resize(std::size_t(count), -1);
-        py::dict d;
-        d["label"] = as_array(std::move(labels.label), {count});
-        d["time"] = as_array(std::move(labels.time), {count});
-        d["status"] = as_array(bytes(labels.status), {count});
-        d["periods"] = labels.periods;
-        d["looked_up"] = labels.looked_up;
-        d["counters"] = lane_counters_to_dict(labels.counters);
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.label = as_array(std::move(labels.label), {count}),
+                .time = as_array(std::move(labels.time), {count}),
+                .status = as_array(bytes(labels.status), {count}),
+                .periods = labels.periods,
+                .looked_up = labels.looked_up,
+                .counters = lane_counters_to_dict(labels.counters),
+                .raised = analysis_.signals.raised()};
     }
     /// @param image, label  of all cells
-    py::dict complete(const py::list& attractors, const Array<std::int32_t>& image,
-                      const Array<std::int32_t>& label) {
+    BasinChecks complete(const std::vector<AttractorColumns>& attractors,
+                         const Array<std::int32_t>& image, const Array<std::int32_t>& label) {
         expect(label.size() == grid_.cells(), "every cell has a label");
         Basins b{.grid = grid_};
         b.attractors = attractors_of(attractors);
@@ -130,20 +173,15 @@ public:
             finder_.complete(b);
             return 0;
         });
-        py::list confusion;
-        for (const GroupCheck& g : b.confusion)
-            confusion.append(py::make_tuple(g.group, g.attractor, g.cells));
-        py::dict d;
-        d["confusion"] = confusion;
-        d["by_exit"] = b.by_exit;
-        d["by_exit_reason"] = b.by_exit_reason;
-        d["audited"] = b.audited;
-        d["disagreements"] = b.disagreements;
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.confusion = std::move(b.confusion),
+                .by_exit = b.by_exit,
+                .by_exit_reason = std::move(b.by_exit_reason),
+                .audited = b.audited,
+                .disagreements = b.disagreements,
+                .raised = analysis_.signals.raised()};
     }
     /// @param points  of the picture, shape (k, 2)
-    py::dict points(const py::list& attractors, const Doubles& points) {
+    PointLabels points(const std::vector<AttractorColumns>& attractors, const Doubles& points) {
         expect(points.ndim() == 2 && points.shape(1) == 2, "points have two columns");
         const BasinLabeller labeller = labeller_of(attractors);
         std::vector<std::array<double, 2>> at;
@@ -157,15 +195,13 @@ public:
             time.push_back(l.time);
         }
         const auto n = py::ssize_t(at.size());
-        py::dict d;
-        d["label"] = as_array(std::move(label), {n});
-        d["time"] = as_array(std::move(time), {n});
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.label = as_array(std::move(label), {n}),
+                .time = as_array(std::move(time), {n}),
+                .raised = analysis_.signals.raised()};
     }
-    /// Pairs of points of the picture, a row (epsilon, uncertain, trials, unresolved) a distance.
-    py::dict pairs(const py::list& attractors, const std::vector<double>& epsilons, long long n,
-                   std::uint64_t seed, const py::object& show) {
+    PairCounts pairs(const std::vector<AttractorColumns>& attractors,
+                     const std::vector<double>& epsilons, long long n, std::uint64_t seed,
+                     const py::object& show) {
         const BasinLabeller labeller = labeller_of(attractors);
         std::vector<PairCount> counts;
         std::size_t done = 0;
@@ -184,17 +220,12 @@ public:
                                  {grid_.axis(0).high, grid_.axis(1).high}, ask, epsilons, n, seed);
             return 0;
         });
-        py::list rows;
-        for (const PairCount& c : counts)
-            rows.append(py::make_tuple(c.epsilon, c.uncertain, c.trials, c.unresolved));
-        py::dict d;
-        d["counts"] = rows;
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.counts = std::move(counts), .raised = analysis_.signals.raised()};
     }
     /// The picture on squares that are split along the boundaries.
-    py::dict refine(const py::list& attractors, int coarse, int levels, int time_jump,
-                    double full_dimension, long long max_points, int audit, std::uint64_t seed) {
+    RefinedColumns refine(const std::vector<AttractorColumns>& attractors, int coarse, int levels,
+                          int time_jump, double full_dimension, long long max_points, int audit,
+                          std::uint64_t seed) {
         const BasinLabeller labeller = labeller_of(attractors);
         const Rectangle box{{grid_.axis(0).low, grid_.axis(1).low},
                             {grid_.axis(0).high, grid_.axis(1).high}};
@@ -217,28 +248,167 @@ public:
         for (const LevelCount& c : r.counts)
             counts.insert(counts.end(), {c.boundary, c.marked});
         const auto n = py::ssize_t(label.size()), rounds = py::ssize_t(r.counts.size());
-        py::dict d;
-        d["squares"] = as_array(std::move(squares), {n, 3});
-        d["label"] = as_array(std::move(label), {n});
-        d["time"] = as_array(std::move(time), {n});
-        d["counts"] = as_array(std::move(counts), {rounds, 2});
-        d["trajectories"] = r.trajectories;
-        d["dimension"] = py::make_tuple(r.dimension.value, r.dimension.error, r.dimension.levels);
-        d["audit"] = py::make_tuple(r.audit.points, r.audit.wrong, r.audit.share, r.audit.bound);
-        d["status"] = std::string(name(r.status));
-        d["message"] = r.message;
-        d["raised"] = analysis_.signals.raised();
-        return d;
+        return {.squares = as_array(std::move(squares), {n, 3}),
+                .label = as_array(std::move(label), {n}),
+                .time = as_array(std::move(time), {n}),
+                .counts = as_array(std::move(counts), {rounds, 2}),
+                .trajectories = r.trajectories,
+                .dimension = r.dimension,
+                .audit = r.audit,
+                .status = std::string(name(r.status)),
+                .message = r.message,
+                .raised = analysis_.signals.raised()};
     }
 
 private:
-    BasinLabeller labeller_of(const py::list& attractors) const {
+    BasinLabeller labeller_of(const std::vector<AttractorColumns>& attractors) const {
         return {*analysis_.system, lanes_in(lanes_), grid_, attractors_of(attractors), p_,
                 settings_};
     }
 
     BasinFinder finder_;
 };
+
+void bind_results(py::module_& m) {
+    bind_struct<StrobeCycleColumns>(m, "StrobeCycleColumns")
+        .def_readwrite("points", &StrobeCycleColumns::points)
+        .def_readwrite("multipliers", &StrobeCycleColumns::multipliers)
+        .def_readwrite("residual", &StrobeCycleColumns::residual);
+    using State = std::tuple<bool, Doubles, Complexes, double, double, Doubles>;
+    bind_struct<AttractorColumns>(m, "AttractorColumns")
+        .def_readwrite("periodic", &AttractorColumns::periodic)
+        .def_readwrite("points", &AttractorColumns::points)
+        .def_readwrite("multipliers", &AttractorColumns::multipliers)
+        .def_readwrite("residual", &AttractorColumns::residual)
+        .def_readwrite("radius", &AttractorColumns::radius)
+        .def_readwrite("norms", &AttractorColumns::norms)
+        .def(py::pickle(
+            [](const AttractorColumns& a) {
+                return State(a.periodic, a.points, a.multipliers, a.residual, a.radius, a.norms);
+            },
+            [](const State& state) {
+                const auto& [periodic, points, multipliers, residual, radius, norms] = state;
+                return AttractorColumns{.periodic = periodic,
+                                        .points = points,
+                                        .multipliers = multipliers,
+                                        .residual = residual,
+                                        .radius = radius,
+                                        .norms = norms};
+            }));
+    bind_struct<MappedCellsColumns>(m, "MappedCellsColumns")
+        .def_readwrite("image", &MappedCellsColumns::image)
+        .def_readwrite("state", &MappedCellsColumns::state)
+        .def_readwrite("status", &MappedCellsColumns::status)
+        .def_readwrite("counters", &MappedCellsColumns::counters)
+        .def_readwrite("raised", &MappedCellsColumns::raised);
+    bind_struct<LimitSetsResult>(m, "LimitSetsResult")
+        .def_readwrite("plain", &LimitSetsResult::plain)
+        .def_readwrite("attractors", &LimitSetsResult::attractors)
+        .def_readwrite("saddles", &LimitSetsResult::saddles)
+        .def_readwrite("raised", &LimitSetsResult::raised);
+    bind_struct<CellLabelsColumns>(m, "CellLabelsColumns")
+        .def_readwrite("label", &CellLabelsColumns::label)
+        .def_readwrite("time", &CellLabelsColumns::time)
+        .def_readwrite("status", &CellLabelsColumns::status)
+        .def_readwrite("periods", &CellLabelsColumns::periods)
+        .def_readwrite("looked_up", &CellLabelsColumns::looked_up)
+        .def_readwrite("counters", &CellLabelsColumns::counters)
+        .def_readwrite("raised", &CellLabelsColumns::raised);
+    bind_struct<GroupCheck>(m, "GroupCheck")
+        .def_readwrite("group", &GroupCheck::group)
+        .def_readwrite("attractor", &GroupCheck::attractor)
+        .def_readwrite("cells", &GroupCheck::cells);
+    bind_struct<BasinChecks>(m, "BasinChecks")
+        .def_readwrite("confusion", &BasinChecks::confusion)
+        .def_readwrite("by_exit", &BasinChecks::by_exit)
+        .def_readwrite("by_exit_reason", &BasinChecks::by_exit_reason)
+        .def_readwrite("audited", &BasinChecks::audited)
+        .def_readwrite("disagreements", &BasinChecks::disagreements)
+        .def_readwrite("raised", &BasinChecks::raised);
+    bind_struct<PointLabels>(m, "PointLabels")
+        .def_readwrite("label", &PointLabels::label)
+        .def_readwrite("time", &PointLabels::time)
+        .def_readwrite("raised", &PointLabels::raised);
+    bind_struct<PairCount>(m, "PairCount")
+        .def_readwrite("epsilon", &PairCount::epsilon)
+        .def_readwrite("uncertain", &PairCount::uncertain)
+        .def_readwrite("trials", &PairCount::trials)
+        .def_readwrite("unresolved", &PairCount::unresolved);
+    bind_struct<PairCounts>(m, "PairCounts")
+        .def_readwrite("counts", &PairCounts::counts)
+        .def_readwrite("raised", &PairCounts::raised);
+    bind_struct<BoundaryDimension>(m, "BoundaryDimension")
+        .def_readwrite("value", &BoundaryDimension::value)
+        .def_readwrite("error", &BoundaryDimension::error)
+        .def_readwrite("levels", &BoundaryDimension::levels);
+    bind_struct<Audit>(m, "Audit")
+        .def_readwrite("points", &Audit::points)
+        .def_readwrite("wrong", &Audit::wrong)
+        .def_readwrite("share", &Audit::share)
+        .def_readwrite("bound", &Audit::bound);
+    bind_struct<RefinedColumns>(m, "RefinedColumns")
+        .def_readwrite("squares", &RefinedColumns::squares)
+        .def_readwrite("label", &RefinedColumns::label)
+        .def_readwrite("time", &RefinedColumns::time)
+        .def_readwrite("counts", &RefinedColumns::counts)
+        .def_readwrite("trajectories", &RefinedColumns::trajectories)
+        .def_readwrite("dimension", &RefinedColumns::dimension)
+        .def_readwrite("audit", &RefinedColumns::audit)
+        .def_readwrite("status", &RefinedColumns::status)
+        .def_readwrite("message", &RefinedColumns::message)
+        .def_readwrite("raised", &RefinedColumns::raised);
+}
+
+/// Numbers of a picture's labels, shape (rows, columns), or of independent points.
+void bind_numbers(py::module_& m) {
+    bind_struct<Fraction>(m, "Fraction")
+        .def_readwrite("label", &Fraction::label)
+        .def_readwrite("value", &Fraction::value)
+        .def_readwrite("low", &Fraction::low)
+        .def_readwrite("high", &Fraction::high)
+        .def_readwrite("count", &Fraction::count);
+    bind_struct<BasinEntropy>(m, "BasinEntropy")
+        .def_readwrite("mean", &BasinEntropy::mean)
+        .def_readwrite("mean_error", &BasinEntropy::mean_error)
+        .def_readwrite("boundary", &BasinEntropy::boundary)
+        .def_readwrite("boundary_error", &BasinEntropy::boundary_error)
+        .def_readwrite("boxes", &BasinEntropy::boxes)
+        .def_readwrite("boundary_boxes", &BasinEntropy::boundary_boxes)
+        .def_readwrite("unresolved", &BasinEntropy::unresolved)
+        .def("passes_log2_test", &BasinEntropy::passes_log2_test);
+    bind_struct<BoxCount>(m, "BoxCount")
+        .def_readwrite("size", &BoxCount::size)
+        .def_readwrite("boxes", &BoxCount::boxes);
+    bind_struct<BoxDimension>(m, "BoxDimension")
+        .def_readwrite("dimension", &BoxDimension::dimension)
+        .def_readwrite("error", &BoxDimension::error)
+        .def_readwrite("counts", &BoxDimension::counts);
+    bind_struct<UncertaintyExponent>(m, "UncertaintyExponent")
+        .def_readwrite("alpha", &UncertaintyExponent::alpha)
+        .def_readwrite("error", &UncertaintyExponent::error)
+        .def_readwrite("dimension", &UncertaintyExponent::dimension)
+        .def_readwrite("log_factor", &UncertaintyExponent::log_factor)
+        .def_readwrite("chi2", &UncertaintyExponent::chi2)
+        .def_readwrite("degrees", &UncertaintyExponent::degrees)
+        .def_readwrite("probability", &UncertaintyExponent::probability)
+        .def_readwrite("left_out", &UncertaintyExponent::left_out);
+    m.def("grid_fractions",
+          [](const Array<std::int32_t>& labels) { return grid_fractions(labels_of(labels)); });
+    m.def("basin_entropy", [](const Array<std::int32_t>& labels, std::size_t box) {
+        return basin_entropy(labels_of(labels), box);
+    });
+    m.def("box_dimension",
+          [](const Array<std::int32_t>& labels, std::size_t smallest, std::size_t largest) {
+              return box_dimension(labels_of(labels), smallest, largest);
+          });
+    m.def("sampled_fractions",
+          [](const Array<std::int32_t>& labels, double level, const std::vector<Label>& also) {
+              const std::vector<Label> all(labels.data(), labels.data() + labels.size());
+              return sampled_fractions(all, level, also);
+          });
+    m.def("uncertainty_exponent",
+          [](const std::vector<PairCount>& counts) { return uncertainty_exponent(counts); });
+}
 
 } // namespace
 
@@ -263,6 +433,7 @@ void bind_basins(py::module_& m) {
             "threads", [](const BasinSettings& s) { return s.parallel.threads; },
             [](BasinSettings& s, int threads) { s.parallel.threads = threads; });
 
+    bind_results(m);
     py::class_<PictureOf>(m, "Picture"); // what other functions of basins take
     py::class_<Finder, PictureOf>(m, "BasinFinder")
         .def(py::init<const Model&, py::capsule, const Axes&, const Doubles&,
@@ -277,40 +448,8 @@ void bind_basins(py::module_& m) {
         .def("refine", &Finder::refine);
 
     bind_boundary(m);
+    bind_numbers(m);
 
-    // Numbers of a picture's labels, shape (rows, columns).
-    m.def("grid_fractions", [](const Array<std::int32_t>& labels) {
-        return rows_of(grid_fractions(labels_of(labels)));
-    });
-    m.def("basin_entropy", [](const Array<std::int32_t>& labels, std::size_t box) {
-        const BasinEntropy e = basin_entropy(labels_of(labels), box);
-        return py::make_tuple(e.mean, e.mean_error, e.boundary, e.boundary_error, e.boxes,
-                              e.boundary_boxes, e.unresolved, e.passes_log2_test());
-    });
-    m.def("box_dimension",
-          [](const Array<std::int32_t>& labels, std::size_t smallest, std::size_t largest) {
-              const BoxDimension b = box_dimension(labels_of(labels), smallest, largest);
-              py::list counts;
-              for (const BoxCount& c : b.counts)
-                  counts.append(py::make_tuple(c.size, c.boxes));
-              return py::make_tuple(b.dimension, b.error, counts);
-          });
-    // Of independent points, rows (label, value, low, high, count).
-    m.def("sampled_fractions",
-          [](const Array<std::int32_t>& labels, double level, const std::vector<Label>& also) {
-              const std::vector<Label> all(labels.data(), labels.data() + labels.size());
-              return rows_of(sampled_fractions(all, level, also));
-          });
-    // Rows (epsilon, uncertain, trials, unresolved).
-    m.def("uncertainty_exponent",
-          [](const std::vector<std::tuple<double, long long, long long, long long>>& rows) {
-              std::vector<PairCount> counts;
-              for (const auto& [epsilon, uncertain, trials, unresolved] : rows)
-                  counts.push_back({epsilon, uncertain, trials, unresolved});
-              const UncertaintyExponent u = uncertainty_exponent(counts);
-              return py::make_tuple(u.alpha, u.error, u.dimension, u.log_factor, u.chi2, u.degrees,
-                                    u.probability, u.left_out);
-          });
     // Ids of the attractors found, and the next one to be given.
     m.def("match_attractors",
           [](const std::vector<std::pair<Label, Doubles>>& known, const std::vector<Doubles>& found,

@@ -6,7 +6,10 @@
 
 #include <filippov/basins/basins.hpp>
 
+#include <pybind11/complex.h>
+
 #include <algorithm>
+#include <complex>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -34,16 +37,32 @@ inline std::vector<Matrix> matrices_of(const Array<double>& stack) {
             Eigen::Map<const Matrix>(stack.data(k, 0, 0), stack.shape(1), stack.shape(2)));
     return matrices;
 }
+
+/// A StrobeCycle without its slopes: a row a point.
+struct StrobeCycleColumns {
+    Array<double> points;
+    Array<std::complex<double>> multipliers;
+    double residual = 0;
+};
+
+/// An Attractor: a row a point; it can be pickled.
+struct AttractorColumns {
+    bool periodic = true;
+    Array<double> points; ///< of the cycle, else of the cloud
+    Array<std::complex<double>> multipliers;
+    double residual = 0, radius = 0;
+    Array<double> norms;
+};
+
 /// What labels are told of attractors: not their multipliers.
-inline std::vector<Attractor> attractors_of(const py::list& list) {
+inline std::vector<Attractor> attractors_of(const std::vector<AttractorColumns>& columns) {
     std::vector<Attractor> attractors;
-    for (const py::handle item : list) {
-        const auto d = py::reinterpret_borrow<py::dict>(item);
+    for (const AttractorColumns& c : columns) {
         Attractor a;
-        a.periodic = d["periodic"].cast<bool>();
-        a.radius = d["radius"].cast<double>();
-        a.norms = matrices_of(d["norms"].cast<Array<double>>());
-        (a.periodic ? a.cycle.points : a.cloud) = points_of(d["points"].cast<Array<double>>());
+        a.periodic = c.periodic;
+        a.radius = c.radius;
+        a.norms = matrices_of(c.norms);
+        (a.periodic ? a.cycle.points : a.cloud) = points_of(c.points);
         attractors.push_back(std::move(a));
     }
     return attractors;

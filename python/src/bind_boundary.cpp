@@ -3,19 +3,65 @@
 
 #include <filippov/basins/unstable_set.hpp>
 
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace filippov::python {
 
 namespace {
 
-/// @param saddles  points of each, shape (period, dim), and multipliers; slopes are computed again
-std::vector<StrobeCycle> saddles_of(const PictureOf& picture, const py::list& saddles) {
+/// A BoundaryCurve: a column a point, its two coordinates in rows.
+struct BoundaryCurveColumns {
+    py::array_t<double> points, left_points, right_points;
+    py::array_t<signed char> kind;
+    py::array_t<std::int32_t> saddle, periods;
+    py::array_t<double> approach;
+    std::int32_t left = 0, right = 0;
+    bool closed = false;
+    double distance = 0;
+    int coarse = 0;
+};
+
+/// A BasinBoundary, with what it cost.
+struct BasinBoundaryResult {
+    std::vector<BoundaryCurveColumns> curves{};
+    std::vector<BoundaryCorner> corners;
+    int unresolved = 0;
+    long long labels = 0;
+    int stuck = 0;
+    std::string status, message;
+    py::object raised = py::none();
+};
+
+/// An UnstableBranch: a row a point; its attractor is counted from 1, 0: none.
+struct UnstableBranchColumns {
+    py::array_t<double> points;
+    py::array_t<std::int64_t> breaks;
+    double length = 0;
+    int attractor = 0;
+    std::string status, message;
+};
+
+/// An UnstableSet without its saddle.
+struct UnstableSetResult {
+    std::array<UnstableBranchColumns, 2> branches;
+    py::array_t<double> direction;
+    double multiplier = 0;
+    int turn = 1;
+    py::object raised = py::none();
+};
+
+/// Saddles, of which slopes are computed again.
+std::vector<StrobeCycle> saddles_of(const PictureOf& picture,
+                                    const std::vector<StrobeCycleColumns>& saddles) {
     const AnySystem& system = *picture.analysis_.unstoppable;
     std::vector<StrobeCycle> found;
-    for (const py::handle item : saddles) {
-        const auto d = py::reinterpret_borrow<py::dict>(item);
+    for (const StrobeCycleColumns& saddle : saddles) {
         StrobeCycle c;
-        c.points = points_of(d["points"].cast<Array<double>>());
-        c.multipliers = d["multipliers"].cast<std::vector<std::complex<double>>>();
+        c.points = points_of(saddle.points);
+        c.multipliers = copy(saddle.multipliers);
         for (const Vector& x : c.points)
             c.slopes.push_back(strobe(system, picture.settings_.t0, x, picture.p_)
                                    .slope.topLeftCorner(x.size(), x.size()));
@@ -36,26 +82,26 @@ template <class T, class Member> py::array_t<T> values(const BoundaryCurve& curv
         all.push_back(static_cast<T>(point.*member));
     return as_array(std::move(all), {py::ssize_t(curve.points.size())});
 }
-py::dict to_dict(const BoundaryCurve& c) {
-    py::dict d;
-    d["points"] = columns(c, &BoundaryPoint::at);
-    d["left_points"] = columns(c, &BoundaryPoint::left);
-    d["right_points"] = columns(c, &BoundaryPoint::right);
-    d["kind"] = values<signed char>(c, &BoundaryPoint::kind);
-    d["saddle"] = values<std::int32_t>(c, &BoundaryPoint::saddle);
-    d["periods"] = values<std::int32_t>(c, &BoundaryPoint::periods);
-    d["approach"] = values<double>(c, &BoundaryPoint::approach);
-    d["left"] = c.left;
-    d["right"] = c.right;
-    d["closed"] = c.closed;
-    d["distance"] = c.distance;
-    d["coarse"] = c.coarse;
-    return d;
+BoundaryCurveColumns columns_of(const BoundaryCurve& c) {
+    return {.points = columns(c, &BoundaryPoint::at),
+            .left_points = columns(c, &BoundaryPoint::left),
+            .right_points = columns(c, &BoundaryPoint::right),
+            .kind = values<signed char>(c, &BoundaryPoint::kind),
+            .saddle = values<std::int32_t>(c, &BoundaryPoint::saddle),
+            .periods = values<std::int32_t>(c, &BoundaryPoint::periods),
+            .approach = values<double>(c, &BoundaryPoint::approach),
+            .left = c.left,
+            .right = c.right,
+            .closed = c.closed,
+            .distance = c.distance,
+            .coarse = c.coarse};
 }
 
-py::dict boundary(PictureOf& picture, const py::list& attractors, const py::list& saddles,
-                  const Array<std::int32_t>& label, double distance, double width, double turn,
-                  double near, long long max_labels, const py::object& show) {
+BasinBoundaryResult boundary(PictureOf& picture, const std::vector<AttractorColumns>& attractors,
+                             const std::vector<StrobeCycleColumns>& saddles,
+                             const Array<std::int32_t>& label, double distance, double width,
+                             double turn, double near, long long max_labels,
+                             const py::object& show) {
     Basins basins{.grid = picture.grid_};
     expect(label.size() == basins.grid.cells(), "every cell has a label");
     basins.label = copy(label);
@@ -65,46 +111,37 @@ py::dict boundary(PictureOf& picture, const py::list& attractors, const py::list
         .contours = {.width = width, .distance = distance, .max_labels = max_labels},
         .turn = turn,
         .near = near};
-    const BasinBoundary b = picture.unlocked(show, [&] {
+    BasinBoundary b = picture.unlocked(show, [&] {
         return basin_boundary(*picture.analysis_.system, lanes_in(picture.lanes_), basins,
                               picture.p_, picture.settings_, how);
     });
-    py::list curves, corners;
+    BasinBoundaryResult result{.corners = std::move(b.corners),
+                               .unresolved = b.unresolved,
+                               .labels = b.work.labels,
+                               .stuck = b.work.stuck,
+                               .status = std::string(name(b.work.status)),
+                               .message = b.work.message,
+                               .raised = picture.analysis_.signals.raised()};
     for (const BoundaryCurve& c : b.curves)
-        curves.append(to_dict(c));
-    for (const BoundaryCorner& c : b.corners)
-        corners.append(py::make_tuple(c.at[0], c.at[1], c.turn, c.error, c.curve, c.point));
-    py::dict d;
-    d["curves"] = curves;
-    d["corners"] = corners;
-    d["unresolved"] = b.unresolved;
-    d["labels"] = b.work.labels;
-    d["stuck"] = b.work.stuck;
-    d["status"] = std::string(name(b.work.status));
-    d["message"] = b.work.message;
-    d["raised"] = picture.analysis_.signals.raised();
-    return d;
+        result.curves.push_back(columns_of(c));
+    return result;
 }
 
-py::dict to_dict(const UnstableBranch& branch, Eigen::Index dim) {
-    std::vector<double> points;
-    for (const Vector& x : branch.points)
-        points.insert(points.end(), x.begin(), x.end());
+UnstableBranchColumns columns_of(const UnstableBranch& branch, Eigen::Index dim) {
     std::vector<std::int64_t> breaks(branch.breaks.begin(), branch.breaks.end());
     const auto n = py::ssize_t(breaks.size());
-    py::dict d;
-    d["points"] = as_array(std::move(points), {py::ssize_t(branch.points.size()), dim});
-    d["breaks"] = as_array(std::move(breaks), {n});
-    d["length"] = branch.length;
-    d["attractor"] = branch.attractor + 1;
-    d["status"] = std::string(name(branch.status));
-    d["message"] = branch.message;
-    return d;
+    return {.points = rows(branch.points, dim),
+            .breaks = as_array(std::move(breaks), {n}),
+            .length = branch.length,
+            .attractor = branch.attractor + 1,
+            .status = std::string(name(branch.status)),
+            .message = branch.message};
 }
 
-py::dict unstable(PictureOf& picture, const py::list& attractors, const py::list& saddles,
-                  int point, double gap, double distance, double near, double length,
-                  int generations, long long max_points) {
+UnstableSetResult unstable(PictureOf& picture, const std::vector<AttractorColumns>& attractors,
+                           const std::vector<StrobeCycleColumns>& saddles, int point, double gap,
+                           double distance, double near, double length, int generations,
+                           long long max_points) {
     Basins basins{.grid = picture.grid_};
     basins.attractors = attractors_of(attractors);
     const std::vector<StrobeCycle> saddle = saddles_of(picture, saddles);
@@ -119,20 +156,58 @@ py::dict unstable(PictureOf& picture, const py::list& attractors, const py::list
         return unstable_set(*picture.analysis_.system, lanes_in(picture.lanes_), basins, saddle[0],
                             picture.p_, picture.settings_, how, point);
     });
-    py::dict d;
-    d["branches"] = py::make_tuple(to_dict(set.branches[0], picture.dim()),
-                                   to_dict(set.branches[1], picture.dim()));
-    d["direction"] =
-        as_array(std::vector<double>(set.direction.begin(), set.direction.end()), {picture.dim()});
-    d["multiplier"] = set.multiplier;
-    d["turn"] = set.turn;
-    d["raised"] = picture.analysis_.signals.raised();
-    return d;
+    return {.branches = {columns_of(set.branches[0], picture.dim()),
+                         columns_of(set.branches[1], picture.dim())},
+            .direction = array_of(set.direction),
+            .multiplier = set.multiplier,
+            .turn = set.turn,
+            .raised = picture.analysis_.signals.raised()};
 }
 
 } // namespace
 
 void bind_boundary(py::module_& m) {
+    bind_struct<BoundaryCurveColumns>(m, "BoundaryCurveColumns")
+        .def_readwrite("points", &BoundaryCurveColumns::points)
+        .def_readwrite("left_points", &BoundaryCurveColumns::left_points)
+        .def_readwrite("right_points", &BoundaryCurveColumns::right_points)
+        .def_readwrite("kind", &BoundaryCurveColumns::kind)
+        .def_readwrite("saddle", &BoundaryCurveColumns::saddle)
+        .def_readwrite("periods", &BoundaryCurveColumns::periods)
+        .def_readwrite("approach", &BoundaryCurveColumns::approach)
+        .def_readwrite("left", &BoundaryCurveColumns::left)
+        .def_readwrite("right", &BoundaryCurveColumns::right)
+        .def_readwrite("closed", &BoundaryCurveColumns::closed)
+        .def_readwrite("distance", &BoundaryCurveColumns::distance)
+        .def_readwrite("coarse", &BoundaryCurveColumns::coarse);
+    bind_struct<BoundaryCorner>(m, "BoundaryCorner")
+        .def_readwrite("at", &BoundaryCorner::at)
+        .def_readwrite("turn", &BoundaryCorner::turn)
+        .def_readwrite("error", &BoundaryCorner::error)
+        .def_readwrite("curve", &BoundaryCorner::curve)
+        .def_readwrite("point", &BoundaryCorner::point);
+    bind_struct<BasinBoundaryResult>(m, "BasinBoundaryResult")
+        .def_readwrite("curves", &BasinBoundaryResult::curves)
+        .def_readwrite("corners", &BasinBoundaryResult::corners)
+        .def_readwrite("unresolved", &BasinBoundaryResult::unresolved)
+        .def_readwrite("labels", &BasinBoundaryResult::labels)
+        .def_readwrite("stuck", &BasinBoundaryResult::stuck)
+        .def_readwrite("status", &BasinBoundaryResult::status)
+        .def_readwrite("message", &BasinBoundaryResult::message)
+        .def_readwrite("raised", &BasinBoundaryResult::raised);
+    bind_struct<UnstableBranchColumns>(m, "UnstableBranchColumns")
+        .def_readwrite("points", &UnstableBranchColumns::points)
+        .def_readwrite("breaks", &UnstableBranchColumns::breaks)
+        .def_readwrite("length", &UnstableBranchColumns::length)
+        .def_readwrite("attractor", &UnstableBranchColumns::attractor)
+        .def_readwrite("status", &UnstableBranchColumns::status)
+        .def_readwrite("message", &UnstableBranchColumns::message);
+    bind_struct<UnstableSetResult>(m, "UnstableSetResult")
+        .def_readwrite("branches", &UnstableSetResult::branches)
+        .def_readwrite("direction", &UnstableSetResult::direction)
+        .def_readwrite("multiplier", &UnstableSetResult::multiplier)
+        .def_readwrite("turn", &UnstableSetResult::turn)
+        .def_readwrite("raised", &UnstableSetResult::raised);
     m.def("basin_boundary", &boundary);
     m.def("unstable_set", &unstable);
 }

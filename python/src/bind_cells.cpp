@@ -9,10 +9,16 @@ namespace {
 
 using Doubles = Array<double>;
 
-/// States and times at the next event of a kind, from many starts.
-py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                        const RunSettings& settings, int kind, int after, double max_time,
-                        int iterate, int threads, const py::object& show) {
+/// States and times at the next event of a kind, one row a start.
+struct SectionImages {
+    py::array_t<double> x, t;
+    py::array_t<signed char> status;
+    py::object raised = py::none();
+};
+
+SectionImages section_images(const Model& model, const Doubles& t0, const Doubles& x0,
+                             const Doubles& p, const RunSettings& settings, int kind, int after,
+                             double max_time, int iterate, int threads, const py::object& show) {
     const auto dim = py::ssize_t(model.facts().dim), n = x0.shape(0);
     expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has dim columns");
     expect(t0.size() == n, "t0 has one entry a start");
@@ -48,18 +54,29 @@ py::dict section_images(const Model& model, const Doubles& t0, const Doubles& x0
         const py::gil_scoped_release unlocked;
         parallel_for(std::size_t((n + block - 1) / block), how, run);
     }
-    py::dict d;
-    d["x"] = as_array(std::move(x), {n, dim});
-    d["t"] = as_array(std::move(t), {n});
-    d["status"] = as_array(std::move(status), {n});
-    d["raised"] = signals.raised();
-    return d;
+    return {.x = as_array(std::move(x), {n, dim}),
+            .t = as_array(std::move(t), {n}),
+            .status = as_array(std::move(status), {n}),
+            .raised = signals.raised()};
 }
 
 } // namespace
 
 void bind_cells(py::module_& m) {
+    bind_struct<SectionImages>(m, "SectionImages")
+        .def_readwrite("x", &SectionImages::x)
+        .def_readwrite("t", &SectionImages::t)
+        .def_readwrite("status", &SectionImages::status)
+        .def_readwrite("raised", &SectionImages::raised);
     m.def("section_images", &section_images);
+    bind_struct<CellMapColumns>(m, "CellMapColumns")
+        .def_readwrite("group", &CellMapColumns::group)
+        .def_readwrite("steps", &CellMapColumns::steps)
+        .def_readwrite("period", &CellMapColumns::period)
+        .def_readwrite("basin", &CellMapColumns::basin)
+        .def_readwrite("cells", &CellMapColumns::cells)
+        .def_readwrite("sink_basin", &CellMapColumns::sink_basin)
+        .def_readwrite("unresolved_basin", &CellMapColumns::unresolved_basin);
     // Cells that hold points, shape (k, 2); -1 outside, -2 for NaN.
     m.def("cells_of", [](const Axes& axes, const Doubles& points) {
         const CellGrid grid = grid_of(axes);
@@ -96,7 +113,7 @@ void bind_cells(py::module_& m) {
         return found;
     });
     m.def("cell_map", [](const Axes& axes, const Array<std::int32_t>& image) {
-        return cell_map_to_dict(cell_map(grid_of(axes), view(image)));
+        return columns_of(cell_map(grid_of(axes), view(image)));
     });
 }
 

@@ -23,26 +23,32 @@ inline CellGrid grid_of(const Axes& axes) {
     return {axis(axes[0]), axis(axes[1])};
 }
 
-inline py::dict cell_map_to_dict(const CellMap& map) {
-    py::dict d;
+/// A CellMap: a row a cell, and one a group.
+struct CellMapColumns {
+    py::array_t<std::int32_t> group, steps;  // a cell
+    py::array_t<std::int32_t> period, basin; // a group
+    std::vector<py::array_t<std::int32_t>> cells;
+    std::int32_t sink_basin = 0, unresolved_basin = 0;
+};
+
+inline CellMapColumns columns_of(const CellMap& map) {
+    CellMapColumns c;
     std::vector<std::int32_t> group = map.group, steps = map.steps, period, basin;
-    py::list cells;
     for (const CellGroup& g : map.groups) {
         period.push_back(g.period);
         basin.push_back(g.basin);
         std::vector<std::int32_t> members = g.cells;
         const auto size = py::ssize_t(members.size());
-        cells.append(as_array(std::move(members), {size}));
+        c.cells.push_back(as_array(std::move(members), {size}));
     }
     const auto n = py::ssize_t(group.size()), groups = py::ssize_t(period.size());
-    d["group"] = as_array(std::move(group), {n});
-    d["steps"] = as_array(std::move(steps), {n});
-    d["period"] = as_array(std::move(period), {groups});
-    d["basin"] = as_array(std::move(basin), {groups});
-    d["cells"] = cells;
-    d["sink_basin"] = map.sink_basin;
-    d["unresolved_basin"] = map.unresolved_basin;
-    return d;
+    c.group = as_array(std::move(group), {n});
+    c.steps = as_array(std::move(steps), {n});
+    c.period = as_array(std::move(period), {groups});
+    c.basin = as_array(std::move(basin), {groups});
+    c.sink_basin = map.sink_basin;
+    c.unresolved_basin = map.unresolved_basin;
+    return c;
 }
 
 } // namespace filippov::python

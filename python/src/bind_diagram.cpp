@@ -7,30 +7,41 @@ namespace {
 
 using Doubles = Array<double>;
 
-py::dict to_dict(DiagramColumns&& c, py::ssize_t dim) {
+/// DiagramColumns in arrays: a row a point, and one a value of the swept parameter.
+struct Diagram {
+    py::array_t<long long> value, period;     // a point
+    py::array_t<double> t_local, y;           // a point
+    py::array_t<int> kind, surface;           // a point
+    py::array_t<signed char> boundary;        // a point
+    py::array_t<double> forcing, y_end;       // a value
+    py::array_t<long long> cycle, skipped;    // a value
+    std::vector<std::string> status, message; // a value
+    py::dict counters;
+    py::object raised = py::none();
+};
+
+Diagram diagram_of(DiagramColumns&& c, py::ssize_t dim) {
     const auto n = py::ssize_t(c.value.size()), values = py::ssize_t(c.forcing.size());
-    py::dict d;
-    d["value"] = as_array(std::move(c.value), {n});
-    d["period"] = as_array(std::move(c.period), {n});
-    d["t_local"] = as_array(std::move(c.t_local), {n});
-    d["y"] = as_array(std::move(c.x), {n, dim});
-    d["kind"] = as_array(std::move(c.kind), {n});
-    d["surface"] = as_array(std::move(c.surface), {n});
-    d["boundary"] = as_array(std::move(c.boundary), {n});
-    d["forcing"] = as_array(std::move(c.forcing), {values});
-    d["y_end"] = as_array(std::move(c.x_end), {values, dim});
-    d["cycle"] = as_array(std::move(c.cycle), {values});
-    d["skipped"] = as_array(std::move(c.skipped), {values});
-    d["status"] = c.status;
-    d["message"] = c.message;
-    d["counters"] = counters_to_dict(c.counters);
-    return d;
+    return {.value = as_array(std::move(c.value), {n}),
+            .period = as_array(std::move(c.period), {n}),
+            .t_local = as_array(std::move(c.t_local), {n}),
+            .y = as_array(std::move(c.x), {n, dim}),
+            .kind = as_array(std::move(c.kind), {n}),
+            .surface = as_array(std::move(c.surface), {n}),
+            .boundary = as_array(std::move(c.boundary), {n}),
+            .forcing = as_array(std::move(c.forcing), {values}),
+            .y_end = as_array(std::move(c.x_end), {values, dim}),
+            .cycle = as_array(std::move(c.cycle), {values}),
+            .skipped = as_array(std::move(c.skipped), {values}),
+            .status = std::move(c.status),
+            .message = std::move(c.message),
+            .counters = counters_to_dict(c.counters)};
 }
 
-py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params,
-                 const RunSettings& settings, const std::vector<int>& kinds, int surface,
-                 int direction, double transient, double keep, bool follow, int chains,
-                 bool skip_repeats, int threads, const py::object& show) {
+Diagram diagram(const Model& model, const Doubles& x0, const Doubles& params,
+                const RunSettings& settings, const std::vector<int>& kinds, int surface,
+                int direction, double transient, double keep, bool follow, int chains,
+                bool skip_repeats, int threads, const py::object& show) {
     const Facts& facts = model.facts();
     expect(x0.size() == facts.dim, "x0 has dim entries");
     expect(params.ndim() == 2 && std::size_t(params.shape(1)) == facts.params.size(),
@@ -59,13 +70,31 @@ py::dict diagram(const Model& model, const Doubles& x0, const Doubles& params,
         const py::gil_scoped_release unlocked;
         columns = model.diagram(task);
     }
-    py::dict d = to_dict(std::move(columns), facts.dim);
-    d["raised"] = signals.raised();
+    Diagram d = diagram_of(std::move(columns), facts.dim);
+    d.raised = signals.raised();
     return d;
 }
 
 } // namespace
 
-void bind_diagram(py::module_& m) { m.def("diagram", &diagram); }
+void bind_diagram(py::module_& m) {
+    bind_struct<Diagram>(m, "Diagram")
+        .def_readwrite("value", &Diagram::value)
+        .def_readwrite("period", &Diagram::period)
+        .def_readwrite("t_local", &Diagram::t_local)
+        .def_readwrite("y", &Diagram::y)
+        .def_readwrite("kind", &Diagram::kind)
+        .def_readwrite("surface", &Diagram::surface)
+        .def_readwrite("boundary", &Diagram::boundary)
+        .def_readwrite("forcing", &Diagram::forcing)
+        .def_readwrite("y_end", &Diagram::y_end)
+        .def_readwrite("cycle", &Diagram::cycle)
+        .def_readwrite("skipped", &Diagram::skipped)
+        .def_readwrite("status", &Diagram::status)
+        .def_readwrite("message", &Diagram::message)
+        .def_readwrite("counters", &Diagram::counters)
+        .def_readwrite("raised", &Diagram::raised);
+    m.def("diagram", &diagram);
+}
 
 } // namespace filippov::python

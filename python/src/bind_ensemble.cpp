@@ -56,10 +56,22 @@ private:
     const std::size_t dim_, n_params_;
 };
 
-py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
-                  const Doubles& params, const Doubles& t0, const Doubles& t_end,
-                  const std::optional<std::vector<double>>& escape, const RunSettings& settings,
-                  int threads, const py::object& show) {
+/// An Ensemble: a row a member, in which it ended.
+struct EnsembleColumns {
+    py::array_t<double> x, t;
+    py::array_t<long long> period;
+    py::array_t<signed char> status;
+    py::array_t<std::int16_t> mode; // Mode::code
+    py::array_t<std::int32_t> events, slides;
+    py::array_t<double> slide_time;
+    py::dict counters;
+    py::object raised = py::none();
+};
+
+EnsembleColumns ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
+                         const Doubles& params, const Doubles& t0, const Doubles& t_end,
+                         const std::optional<std::vector<double>>& escape,
+                         const RunSettings& settings, int threads, const py::object& show) {
     const AnyLanes& lanes = lanes_in(capsule);
     const auto one_or_n = [n](py::ssize_t k) { return k == 1 || std::size_t(k) == n; };
     expect(x0.ndim() == 2 && x0.shape(1) == lanes.dim() && one_or_n(x0.shape(0)),
@@ -82,18 +94,16 @@ py::dict ensemble(const py::capsule& capsule, std::size_t n, const Doubles& x0,
         run = lanes.run(n, members, settings, how);
     }
     const auto size = py::ssize_t(n);
-    py::dict d;
-    d["x"] = as_array(std::move(members.x), {size, py::ssize_t(lanes.dim())});
-    d["t"] = as_array(std::move(members.t), {size});
-    d["period"] = as_array(std::move(members.period), {size});
-    d["status"] = as_array(std::move(members.status), {size});
-    d["mode"] = as_array(std::move(members.mode), {size});
-    d["events"] = as_array(std::move(members.events), {size});
-    d["slides"] = as_array(std::move(members.slides), {size});
-    d["slide_time"] = as_array(std::move(members.slide_time), {size});
-    d["counters"] = lane_counters_to_dict(run.counters);
-    d["raised"] = signals.raised();
-    return d;
+    return {.x = as_array(std::move(members.x), {size, py::ssize_t(lanes.dim())}),
+            .t = as_array(std::move(members.t), {size}),
+            .period = as_array(std::move(members.period), {size}),
+            .status = as_array(std::move(members.status), {size}),
+            .mode = as_array(std::move(members.mode), {size}),
+            .events = as_array(std::move(members.events), {size}),
+            .slides = as_array(std::move(members.slides), {size}),
+            .slide_time = as_array(std::move(members.slide_time), {size}),
+            .counters = lane_counters_to_dict(run.counters),
+            .raised = signals.raised()};
 }
 
 /// A capsule that owns a pointer.
@@ -107,6 +117,17 @@ template <class Pointer, const char* const& name> py::capsule capsule_of(Pointer
 } // namespace
 
 void bind_ensemble(py::module_& m) {
+    bind_struct<EnsembleColumns>(m, "EnsembleColumns")
+        .def_readwrite("x", &EnsembleColumns::x)
+        .def_readwrite("t", &EnsembleColumns::t)
+        .def_readwrite("period", &EnsembleColumns::period)
+        .def_readwrite("status", &EnsembleColumns::status)
+        .def_readwrite("mode", &EnsembleColumns::mode)
+        .def_readwrite("events", &EnsembleColumns::events)
+        .def_readwrite("slides", &EnsembleColumns::slides)
+        .def_readwrite("slide_time", &EnsembleColumns::slide_time)
+        .def_readwrite("counters", &EnsembleColumns::counters)
+        .def_readwrite("raised", &EnsembleColumns::raised);
     m.def("ensemble", &ensemble);
     m.def("scalar", [](const Model& model) {
         return capsule_of<ScalarPointer, scalar_capsule>(model.scalar());

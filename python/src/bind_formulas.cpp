@@ -225,13 +225,21 @@ template <int... N, int... M> constexpr int most_of(TapeShapes<TapeShape<N, M>..
     return std::max({N...});
 }
 
-py::dict define(const GraphPointer& graph, const std::string& name,
-                const std::vector<std::string>& state, const std::vector<std::string>& params,
-                const std::vector<double>& defaults, const std::vector<Expr>& field,
-                const std::vector<Expr>& named,
-                const std::vector<std::pair<Expr, std::vector<Expr>>>& jumps,
-                const std::optional<Expr>& period,
-                const std::optional<std::tuple<int, int, int>>& smoothing) {
+/// A system of formulas, and these split along its surfaces.
+struct DefinedSystem {
+    std::shared_ptr<Model> model;
+    std::vector<Expr> h;
+    std::vector<std::vector<Expr>> region;
+    GraphPointer graph;
+};
+
+DefinedSystem define(const GraphPointer& graph, const std::string& name,
+                     const std::vector<std::string>& state, const std::vector<std::string>& params,
+                     const std::vector<double>& defaults, const std::vector<Expr>& field,
+                     const std::vector<Expr>& named,
+                     const std::vector<std::pair<Expr, std::vector<Expr>>>& jumps,
+                     const std::optional<Expr>& period,
+                     const std::optional<std::tuple<int, int, int>>& smoothing) {
     expect(state.size() == field.size(), "field has one entry a component");
     expect(params.size() == defaults.size(), "defaults has one entry a parameter");
     // formulas may come from a file
@@ -275,12 +283,10 @@ py::dict define(const GraphPointer& graph, const std::string& name,
     facts.state = state;
     const auto tapes = std::make_shared<const TapeProgram>(d, tape_params);
     const auto model = tape_model_of(CompiledShapes(), int(state.size()), facts, tapes);
-    py::dict result;
-    result["model"] = std::const_pointer_cast<Model>(model); // the holder type has no const
-    result["h"] = d.h;
-    result["region"] = d.region;
-    result["graph"] = std::make_shared<Graph>(std::move(d.graph));
-    return result;
+    return {.model = std::const_pointer_cast<Model>(model), // the holder type has no const
+            .h = std::move(d.h),
+            .region = std::move(d.region),
+            .graph = std::make_shared<Graph>(std::move(d.graph))};
 }
 
 /// What time stepping asks of formulas.
@@ -341,10 +347,18 @@ private:
     Tape f_, f_x_, f_s_, h_, h_x_;
 };
 
-py::dict step_in_time(const GraphPointer& graph, const std::vector<double>& defaults,
-                      const std::vector<double>& params, const std::vector<Expr>& field,
-                      const std::vector<Expr>& named, const std::vector<double>& x0, double t0,
-                      double t_end, long long steps, double theta, long long keep) {
+/// Steps of equal length, a row each that is kept.
+struct StepColumns {
+    std::string status, message;
+    long long n_steps = 0, newtons = 0;
+    py::array_t<double> t, y, s;
+    py::object raised = py::none();
+};
+
+StepColumns step_in_time(const GraphPointer& graph, const std::vector<double>& defaults,
+                         const std::vector<double>& params, const std::vector<Expr>& field,
+                         const std::vector<Expr>& named, const std::vector<double>& x0, double t0,
+                         double t_end, long long steps, double theta, long long keep) {
     expect(params.size() == defaults.size() && x0.size() == field.size(), "sizes fit");
     Definition d;
     d.graph = *graph;
@@ -369,16 +383,14 @@ py::dict step_in_time(const GraphPointer& graph, const std::vector<double>& defa
         s.insert(s.end(), r.s[i].begin(), r.s[i].end());
     }
     const auto n = py::ssize_t(r.t.size());
-    py::dict result;
-    result["status"] = std::string(name(r.status));
-    result["message"] = r.message();
-    result["n_steps"] = r.steps;
-    result["newtons"] = r.newtons;
-    result["t"] = as_array(std::move(r.t), {n});
-    result["y"] = as_array(std::move(x), {n, py::ssize_t(x0.size())});
-    result["s"] = as_array(std::move(s), {n, py::ssize_t(blend.surfaces())});
-    result["raised"] = signals.raised();
-    return result;
+    return {.status = std::string(name(r.status)),
+            .message = r.message(),
+            .n_steps = r.steps,
+            .newtons = r.newtons,
+            .t = as_array(std::move(r.t), {n}),
+            .y = as_array(std::move(x), {n, py::ssize_t(x0.size())}),
+            .s = as_array(std::move(s), {n, py::ssize_t(blend.surfaces())}),
+            .raised = signals.raised()};
 }
 
 } // namespace
@@ -434,7 +446,21 @@ void bind_formulas(py::module_& m) {
                 all.emplace_back(f->name, f->jacobian != nullptr);
             return all;
         });
+    bind_struct<DefinedSystem>(m, "DefinedSystem")
+        .def_readwrite("model", &DefinedSystem::model)
+        .def_readwrite("h", &DefinedSystem::h)
+        .def_readwrite("region", &DefinedSystem::region)
+        .def_readwrite("graph", &DefinedSystem::graph);
     m.def("define", &define);
+    bind_struct<StepColumns>(m, "StepColumns")
+        .def_readwrite("status", &StepColumns::status)
+        .def_readwrite("message", &StepColumns::message)
+        .def_readwrite("n_steps", &StepColumns::n_steps)
+        .def_readwrite("newtons", &StepColumns::newtons)
+        .def_readwrite("t", &StepColumns::t)
+        .def_readwrite("y", &StepColumns::y)
+        .def_readwrite("s", &StepColumns::s)
+        .def_readwrite("raised", &StepColumns::raised);
     m.def("time_stepping", &step_in_time);
     m.attr("most_tape_dims") = most_of(CompiledShapes());
     m.attr("most_tape_params") = tape_params;

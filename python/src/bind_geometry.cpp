@@ -28,38 +28,62 @@ struct Search : Analysis {
     }
 };
 
-py::dict to_dict(const Tangency& point) {
-    py::dict d;
-    d["t"] = point.t;
-    d["x"] = list_of(point.x);
-    d["side"] = point.side;
-    d["second"] = point.second;
-    d["other"] = point.other;
-    d["drift"] = point.drift;
-    d["visible"] = point.visible();
-    d["attracting"] = point.attracting();
-    return d;
+/// A Tangency, with what follows from it.
+struct TangencyResult {
+    double t = 0;
+    std::vector<double> x;
+    int side = 0;
+    double second = 0, other = 0, drift = 0;
+    bool visible = false, attracting = false;
+};
+
+TangencyResult result_of(const Tangency& point) {
+    return {.t = point.t,
+            .x = list_of(point.x),
+            .side = point.side,
+            .second = point.second,
+            .other = point.other,
+            .drift = point.drift,
+            .visible = point.visible(),
+            .attracting = point.attracting()};
 }
 
-py::dict to_dict(const Equilibrium& e) {
+/// An Equilibrium, with words for what it is.
+struct EquilibriumResult {
+    std::string kind;
+    std::vector<double> x;
+    int side = 0;
+    double s = 0;
+    bool real = false, attracting = false, stable = false;
+    std::string encounter;
+    std::vector<std::complex<double>> eigenvalues;
+    double value = 0;
+};
+
+EquilibriumResult result_of(const Equilibrium& e) {
     constexpr std::array kinds{"regular", "pseudo", "boundary"};
     constexpr std::array encounters{"", "persistence", "nonsmooth-fold", "degenerate"};
-    py::dict d;
-    d["kind"] = kinds[static_cast<std::size_t>(e.kind)];
-    d["x"] = list_of(e.x);
-    d["side"] = e.side;
-    d["s"] = e.s;
-    d["real"] = e.real;
-    d["attracting"] = e.attracting;
-    d["stable"] = e.stable();
-    d["encounter"] = encounters[static_cast<std::size_t>(e.encounter)];
-    d["eigenvalues"] = e.eigenvalues;
-    d["value"] = e.value;
-    return d;
+    return {.kind = kinds[static_cast<std::size_t>(e.kind)],
+            .x = list_of(e.x),
+            .side = e.side,
+            .s = e.s,
+            .real = e.real,
+            .attracting = e.attracting,
+            .stable = e.stable(),
+            .encounter = encounters[static_cast<std::size_t>(e.encounter)],
+            .eigenvalues = e.eigenvalues,
+            .value = e.value};
 }
 
-/// One column a field.
-py::dict to_dict(const SlidingBoundary& boundary) {
+/// A SlidingBoundary: a row a point.
+struct SlidingBoundaryColumns {
+    int side = 0;
+    py::array_t<double> t, x, second, other, drift;
+    std::vector<TangencyResult> tangential;
+    std::string status, message;
+};
+
+SlidingBoundaryColumns result_of(const SlidingBoundary& boundary) {
     const auto n = py::ssize_t(boundary.points.size());
     const auto column = [&](auto get) {
         std::vector<double> values;
@@ -70,34 +94,40 @@ py::dict to_dict(const SlidingBoundary& boundary) {
     std::vector<double> x;
     for (const Tangency& point : boundary.points)
         x.insert(x.end(), point.x.begin(), point.x.end());
-    py::list tangential;
+    SlidingBoundaryColumns c;
+    c.side = boundary.side;
+    c.t = column([](const Tangency& point) { return point.t; });
+    c.x = as_array(std::move(x), {n, 2});
+    c.second = column([](const Tangency& point) { return point.second; });
+    c.other = column([](const Tangency& point) { return point.other; });
+    c.drift = column([](const Tangency& point) { return point.drift; });
     for (const Tangency& point : boundary.tangential)
-        tangential.append(to_dict(point));
-    py::dict d;
-    d["side"] = boundary.side;
-    d["t"] = column([](const Tangency& point) { return point.t; });
-    d["x"] = as_array(std::move(x), {n, 2});
-    d["second"] = column([](const Tangency& point) { return point.second; });
-    d["other"] = column([](const Tangency& point) { return point.other; });
-    d["drift"] = column([](const Tangency& point) { return point.drift; });
-    d["tangential"] = tangential;
-    d["status"] = std::string(name(boundary.status));
-    d["message"] = boundary.message;
-    return d;
+        c.tangential.push_back(result_of(point));
+    c.status = name(boundary.status);
+    c.message = boundary.message;
+    return c;
 }
 
-template <class Found> py::dict results(const Search& search, const std::vector<Found>& found) {
-    py::list all;
-    for (const Found& each : found)
-        all.append(to_dict(each));
-    py::dict d;
-    d["found"] = all;
-    d["raised"] = search.signals.raised();
-    return d;
+/// All results of a search.
+template <class T> struct Found {
+    std::vector<T> found;
+    py::object raised = py::none();
+};
+
+using Tangencies = Found<TangencyResult>;
+using Equilibria = Found<EquilibriumResult>;
+using SlidingBoundaries = Found<SlidingBoundaryColumns>;
+
+template <class T> auto results(const Search& search, const std::vector<T>& found) {
+    Found<decltype(result_of(found[0]))> all;
+    for (const T& each : found)
+        all.found.push_back(result_of(each));
+    all.raised = search.signals.raised();
+    return all;
 }
 
-py::dict tangent(const Model& model, const std::vector<int>& sides, double t, const Doubles& low,
-                 const Doubles& high, const Doubles& p, int seeds) {
+Tangencies tangent(const Model& model, const std::vector<int>& sides, double t, const Doubles& low,
+                   const Doubles& high, const Doubles& p, int seeds) {
     const Search search(model, low, high, p);
     return results(search, search([&] {
                        std::vector<Tangency> all;
@@ -110,26 +140,28 @@ py::dict tangent(const Model& model, const std::vector<int>& sides, double t, co
 }
 
 /// The tangencies at points, of the side that is nearer to one at each.
-py::list describe(const Model& model, double t, const Doubles& x, const Doubles& p) {
+std::vector<TangencyResult> describe(const Model& model, double t, const Doubles& x,
+                                     const Doubles& p) {
     const auto system = model.analysis({});
     expect(system != nullptr, "the system has one surface");
     expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
     expect(x.ndim() == 2 && x.shape(1) == model.facts().dim, "x has shape (k, dim)");
     const Vector params = vector_of(p);
-    py::list all;
+    std::vector<TangencyResult> all;
     for (py::ssize_t k = 0; k < x.shape(0); ++k) {
         const Vector at = Eigen::Map<const Vector>(x.data(k, 0), x.shape(1));
         const auto rate = [&](int side) {
             const Quantity L{Quantity::Kind::h, side, 1};
             return std::abs(system->quantity(L, t, at, params, {}).value[0]);
         };
-        all.append(to_dict(describe_tangency(*system, rate(-1) < rate(1) ? -1 : 1, t, at, params)));
+        all.push_back(
+            result_of(describe_tangency(*system, rate(-1) < rate(1) ? -1 : 1, t, at, params)));
     }
     return all;
 }
 
-py::dict boundaries(const Model& model, const Doubles& low, const Doubles& high, const Doubles& p,
-                    int samples, int seeds) {
+SlidingBoundaries boundaries(const Model& model, const Doubles& low, const Doubles& high,
+                             const Doubles& p, int samples, int seeds) {
     const Search search(model, low, high, p);
     return results(search, search([&] {
                        std::vector<SlidingBoundary> all;
@@ -143,15 +175,15 @@ py::dict boundaries(const Model& model, const Doubles& low, const Doubles& high,
                    }));
 }
 
-py::dict rests(const Model& model, const Doubles& low, const Doubles& high, const Doubles& p,
-               int seeds) {
+Equilibria rests(const Model& model, const Doubles& low, const Doubles& high, const Doubles& p,
+                 int seeds) {
     const Search search(model, low, high, p);
     return results(search,
                    search([&] { return equilibria(*search.system, search.box, search.p, seeds); }));
 }
 
-py::dict rests_on_surface(const Model& model, const Doubles& low, const Doubles& high,
-                          const Doubles& p, int parameter, double from, double to, int seeds) {
+Equilibria rests_on_surface(const Model& model, const Doubles& low, const Doubles& high,
+                            const Doubles& p, int parameter, double from, double to, int seeds) {
     const Search search(model, low, high, p);
     return results(search, search([&] {
                        return boundary_equilibria(*search.system, search.box, search.p, parameter,
@@ -167,9 +199,48 @@ bool moves(const Model& model, const Doubles& low, const Doubles& high, const Do
 } // namespace
 
 void bind_geometry(py::module_& m) {
+    bind_struct<TangencyResult>(m, "TangencyResult")
+        .def_readwrite("t", &TangencyResult::t)
+        .def_readwrite("x", &TangencyResult::x)
+        .def_readwrite("side", &TangencyResult::side)
+        .def_readwrite("second", &TangencyResult::second)
+        .def_readwrite("other", &TangencyResult::other)
+        .def_readwrite("drift", &TangencyResult::drift)
+        .def_readwrite("visible", &TangencyResult::visible)
+        .def_readwrite("attracting", &TangencyResult::attracting);
+    bind_struct<Tangencies>(m, "Tangencies")
+        .def_readwrite("found", &Tangencies::found)
+        .def_readwrite("raised", &Tangencies::raised);
     m.def("tangencies", &tangent);
     m.def("describe_tangencies", &describe);
+    bind_struct<SlidingBoundaryColumns>(m, "SlidingBoundaryColumns")
+        .def_readwrite("side", &SlidingBoundaryColumns::side)
+        .def_readwrite("t", &SlidingBoundaryColumns::t)
+        .def_readwrite("x", &SlidingBoundaryColumns::x)
+        .def_readwrite("second", &SlidingBoundaryColumns::second)
+        .def_readwrite("other", &SlidingBoundaryColumns::other)
+        .def_readwrite("drift", &SlidingBoundaryColumns::drift)
+        .def_readwrite("tangential", &SlidingBoundaryColumns::tangential)
+        .def_readwrite("status", &SlidingBoundaryColumns::status)
+        .def_readwrite("message", &SlidingBoundaryColumns::message);
+    bind_struct<SlidingBoundaries>(m, "SlidingBoundaries")
+        .def_readwrite("found", &SlidingBoundaries::found)
+        .def_readwrite("raised", &SlidingBoundaries::raised);
     m.def("sliding_boundaries", &boundaries);
+    bind_struct<EquilibriumResult>(m, "EquilibriumResult")
+        .def_readwrite("kind", &EquilibriumResult::kind)
+        .def_readwrite("x", &EquilibriumResult::x)
+        .def_readwrite("side", &EquilibriumResult::side)
+        .def_readwrite("s", &EquilibriumResult::s)
+        .def_readwrite("real", &EquilibriumResult::real)
+        .def_readwrite("attracting", &EquilibriumResult::attracting)
+        .def_readwrite("stable", &EquilibriumResult::stable)
+        .def_readwrite("encounter", &EquilibriumResult::encounter)
+        .def_readwrite("eigenvalues", &EquilibriumResult::eigenvalues)
+        .def_readwrite("value", &EquilibriumResult::value);
+    bind_struct<Equilibria>(m, "Equilibria")
+        .def_readwrite("found", &Equilibria::found)
+        .def_readwrite("raised", &Equilibria::raised);
     m.def("equilibria", &rests);
     m.def("boundary_equilibria", &rests_on_surface);
     m.def("depends_on_time", &moves);

@@ -37,8 +37,20 @@ private:
     std::optional<TransitionMap> map_;
 };
 
-/// Points of a graph, one column a field.
-py::dict columns(const std::vector<MapSample>& samples) {
+/// Points of a graph, a row each.
+struct MapSampleColumns {
+    py::array_t<double> phase;
+    py::array_t<signed char> boundary;
+    py::array_t<double> value;
+    py::array_t<signed char> value_boundary;
+    py::array_t<double> slope;
+    py::array_t<long long> turns;
+    py::array_t<unsigned char> true_exit;
+    py::array_t<int> status;
+    std::vector<std::string> word;
+};
+
+MapSampleColumns columns_of(const std::vector<MapSample>& samples) {
     const auto n = py::ssize_t(samples.size());
     const auto column = [&](auto get) {
         std::vector<decltype(get(samples[0]))> values;
@@ -50,48 +62,62 @@ py::dict columns(const std::vector<MapSample>& samples) {
     const auto number = [](const MapSample& s, double value) {
         return s.image.ok() ? value : std::numeric_limits<double>::quiet_NaN();
     };
-    py::dict d;
-    d["phase"] = column([](const MapSample& s) { return s.at.phase; });
-    d["boundary"] =
-        column([](const MapSample& s) { return static_cast<signed char>(s.at.boundary); });
-    d["value"] = column([&](const MapSample& s) { return number(s, s.image.to.phase); });
-    d["value_boundary"] = column([](const MapSample& s) {
+    MapSampleColumns c;
+    c.phase = column([](const MapSample& s) { return s.at.phase; });
+    c.boundary = column([](const MapSample& s) { return static_cast<signed char>(s.at.boundary); });
+    c.value = column([&](const MapSample& s) { return number(s, s.image.to.phase); });
+    c.value_boundary = column([](const MapSample& s) {
         return static_cast<signed char>(s.image.ok() ? s.image.to.boundary : 0);
     });
-    d["slope"] = column([&](const MapSample& s) { return number(s, s.image.slope); });
-    d["turns"] = column([](const MapSample& s) { return s.image.ok() ? s.image.turns : 0LL; });
-    d["true_exit"] = column([](const MapSample& s) -> unsigned char { return s.image.true_exit; });
-    d["status"] = column([](const MapSample& s) { return static_cast<int>(s.image.status); });
-    std::vector<std::string> words;
+    c.slope = column([&](const MapSample& s) { return number(s, s.image.slope); });
+    c.turns = column([](const MapSample& s) { return s.image.ok() ? s.image.turns : 0LL; });
+    c.true_exit = column([](const MapSample& s) -> unsigned char { return s.image.true_exit; });
+    c.status = column([](const MapSample& s) { return static_cast<int>(s.image.status); });
     for (const MapSample& s : samples)
-        words.push_back(s.image.word);
-    d["word"] = words;
-    return d;
+        c.word.push_back(s.image.word);
+    return c;
 }
 
-py::list points(const TransitionMap& map, const MapGraph& graph) {
-    py::list list;
-    for (const FixedPoint& f : graph.fixed_points) {
-        const auto exit = map.exit_point(f.at);
-        py::dict d;
-        d["phase"] = f.at.phase;
-        d["boundary"] = f.at.boundary;
-        d["slope"] = f.slope;
-        d["stable"] = f.stable();
-        d["iterate"] = f.iterate;
-        d["prime"] = f.prime;
-        d["turns"] = f.turns;
-        d["tangent"] = f.tangent;
-        d["t"] = map.time_of(f.at.phase);
-        d["x"] = std::vector<double>(exit->x.begin(), exit->x.end());
-        list.append(d);
-    }
-    return list;
+/// A FixedPoint, with its time and its state.
+struct FixedPointResult {
+    double phase = 0;
+    int boundary = 0;
+    double slope = 0;
+    bool stable = false;
+    int iterate = 1, prime = 1;
+    long long turns = 0;
+    bool tangent = false;
+    double t = 0;
+    std::vector<double> x;
+};
+
+FixedPointResult result_of(const TransitionMap& map, const FixedPoint& f) {
+    const auto exit = map.exit_point(f.at);
+    return {.phase = f.at.phase,
+            .boundary = f.at.boundary,
+            .slope = f.slope,
+            .stable = f.stable(),
+            .iterate = f.iterate,
+            .prime = f.prime,
+            .turns = f.turns,
+            .tangent = f.tangent,
+            .t = map.time_of(f.at.phase),
+            .x = {exit->x.begin(), exit->x.end()}};
 }
 
-py::dict graph(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
-               const std::optional<Doubles>& guess, int iterate, int samples,
-               long long max_evaluations, const py::object& show) {
+/// The graph of a map: samples, breaks with what is left and right of each, and fixed points.
+struct MapGraphResult {
+    MapSampleColumns samples, left, right;
+    std::vector<bool> jump; // a break
+    std::vector<FixedPointResult> points;
+    std::string status, message;
+    long long evaluations = 0;
+    py::object raised = py::none();
+};
+
+MapGraphResult graph(const Model& model, const Doubles& p, const RunSettings& run,
+                     double max_periods, const std::optional<Doubles>& guess, int iterate,
+                     int samples, long long max_evaluations, const py::object& show) {
     Mapping map(model, p, run, max_periods, guess);
     const GraphSettings settings{.samples = samples,
                                  .max_evaluations = max_evaluations,
@@ -101,29 +127,34 @@ py::dict graph(const Model& model, const Doubles& p, const RunSettings& run, dou
         const py::gil_scoped_release unlocked;
         g = map_graph(*map, iterate, settings);
     }
+    MapGraphResult r;
     std::vector<MapSample> left, right;
-    std::vector<bool> jump;
     for (const MapBreak& b : g.breaks) {
         left.push_back(b.left);
         right.push_back(b.right);
-        jump.push_back(b.jump());
+        r.jump.push_back(b.jump());
     }
-    py::dict d;
-    d["samples"] = columns(g.samples);
-    d["left"] = columns(left);
-    d["right"] = columns(right);
-    d["jump"] = jump;
-    d["points"] = points(*map, g);
-    d["status"] = std::string(name(g.status));
-    d["message"] = g.message;
-    d["evaluations"] = g.evaluations;
-    d["raised"] = map.raised();
-    return d;
+    for (const FixedPoint& f : g.fixed_points)
+        r.points.push_back(result_of(*map, f));
+    r.samples = columns_of(g.samples);
+    r.left = columns_of(left);
+    r.right = columns_of(right);
+    r.status = name(g.status);
+    r.message = g.message;
+    r.evaluations = g.evaluations;
+    r.raised = map.raised();
+    return r;
 }
 
-py::dict images(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
-                const std::optional<Doubles>& guess, int iterate, const Array<int>& boundary,
-                const Doubles& phase) {
+/// Where a map leads from points that were asked for.
+struct MapImages {
+    MapSampleColumns samples;
+    py::object raised = py::none();
+};
+
+MapImages images(const Model& model, const Doubles& p, const RunSettings& run, double max_periods,
+                 const std::optional<Doubles>& guess, int iterate, const Array<int>& boundary,
+                 const Doubles& phase) {
     expect(boundary.size() == phase.size(), "boundary and phase have one size");
     const Mapping map(model, p, run, max_periods, guess);
     std::vector<MapSample> samples;
@@ -136,15 +167,23 @@ py::dict images(const Model& model, const Doubles& p, const RunSettings& run, do
                 break;
         }
     }
-    py::dict d = columns(samples);
-    d["raised"] = map.raised();
-    return d;
+    return {.samples = columns_of(samples), .raised = map.raised()};
 }
 
 // --- strobe and section ------------------------------------------------------------------------
 
-/// What maps of many starts give, one entry each.
+/// Where a map leads from many starts, a row each.
 struct MappedColumns {
+    py::array_t<double> x, t, slope, param_slope;
+    std::vector<std::string> word;
+    py::array_t<long long> slides;
+    py::array_t<unsigned char> singular;
+    std::vector<std::string> status, message;
+    py::object raised = py::none();
+};
+
+/// Takes images without the lock, until they are made columns.
+struct MappedRecorder {
     std::vector<double> x, t, slope, param_slope;
     std::vector<std::string> word, status, message;
     std::vector<long long> slides;
@@ -162,19 +201,17 @@ struct MappedColumns {
         slides.push_back(m.slides);
         singular.push_back(m.singular);
     }
-    py::dict to_dict(py::ssize_t dim, py::ssize_t params) {
+    MappedColumns columns(py::ssize_t dim, py::ssize_t params) {
         const auto n = py::ssize_t(t.size());
-        py::dict d;
-        d["x"] = as_array(std::move(x), {n, dim});
-        d["t"] = as_array(std::move(t), {n});
-        d["slope"] = as_array(std::move(slope), {n, dim + 1, dim + 1});
-        d["param_slope"] = as_array(std::move(param_slope), {n, dim + 1, params});
-        d["word"] = word;
-        d["status"] = status;
-        d["message"] = message;
-        d["slides"] = as_array(std::move(slides), {n});
-        d["singular"] = as_array(std::move(singular), {n});
-        return d;
+        return {.x = as_array(std::move(x), {n, dim}),
+                .t = as_array(std::move(t), {n}),
+                .slope = as_array(std::move(slope), {n, dim + 1, dim + 1}),
+                .param_slope = as_array(std::move(param_slope), {n, dim + 1, params}),
+                .word = std::move(word),
+                .slides = as_array(std::move(slides), {n}),
+                .singular = as_array(std::move(singular), {n}),
+                .status = std::move(status),
+                .message = std::move(message)};
     }
 
 private:
@@ -189,14 +226,14 @@ private:
 /// Applies `map(system, t0, x0, p, along)` to all starts, twice and more for more than two
 /// parameters.
 template <class Map>
-py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                 const std::vector<int>& active, const RunSettings& run, Map map) {
+MappedColumns map_all(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                      const std::vector<int>& active, const RunSettings& run, Map map) {
     const auto dim = py::ssize_t(model.facts().dim);
     expect(x0.ndim() == 2 && x0.shape(1) == dim, "x0 has shape (k, dim)");
     expect(t0.size() == x0.shape(0), "t0 has one entry a start");
     const Analysis analysis(model, run);
     const Vector params = vector_of(p);
-    MappedColumns columns;
+    MappedRecorder all;
     const auto one = [&](double time, const Vector& start) {
         Mapped first;
         Matrix by_params(dim + 1, active.size());
@@ -210,29 +247,29 @@ py::dict map_all(const Model& model, const Doubles& t0, const Doubles& x0, const
             if (k == 0)
                 first = std::move(m);
         }
-        columns.add(first, by_params);
+        all.add(first, by_params);
     };
     {
         const py::gil_scoped_release unlocked;
         for (py::ssize_t k = 0; k < x0.shape(0) && !analysis.signals.has_raised(); ++k)
             one(t0.data()[k], Eigen::Map<const Vector>(x0.data(k, 0), dim));
     }
-    py::dict d = columns.to_dict(dim, py::ssize_t(active.size()));
-    d["raised"] = analysis.signals.raised();
-    return d;
+    MappedColumns c = all.columns(dim, py::ssize_t(active.size()));
+    c.raised = analysis.signals.raised();
+    return c;
 }
 
-py::dict strobes(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                 const std::vector<int>& active, const RunSettings& run, int iterate) {
+MappedColumns strobes(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                      const std::vector<int>& active, const RunSettings& run, int iterate) {
     return map_all(
         model, t0, x0, p, active, run,
         [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
             const Directions& along) { return strobe(system, t, x, q, iterate, along); });
 }
 
-py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
-                  const std::vector<int>& active, const RunSettings& run, int iterate, int kind,
-                  int after, int surface, double max_time) {
+MappedColumns sections(const Model& model, const Doubles& t0, const Doubles& x0, const Doubles& p,
+                       const std::vector<int>& active, const RunSettings& run, int iterate,
+                       int kind, int after, int surface, double max_time) {
     const SectionOf section{static_cast<EventKind>(kind), after, surface};
     return map_all(model, t0, x0, p, active, run,
                    [&](const AnySystem& system, double t, const Vector& x, const Vector& q,
@@ -241,9 +278,19 @@ py::dict sections(const Model& model, const Doubles& t0, const Doubles& x0, cons
                    });
 }
 
-py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, const RunSettings& run,
-                   double transient, double window, double stretch, int batches,
-                   const py::object& show) {
+/// Lyapunov exponents of one solution over a window.
+struct LyapunovResult {
+    py::array_t<double> exponents, error;
+    double t_begin = 0, t_end = 0;
+    long long slides = 0, stretches = 0, skipped = 0;
+    py::array_t<double> x;
+    std::string status, message;
+    py::object raised = py::none();
+};
+
+LyapunovResult exponents(const Model& model, const Doubles& p, const Doubles& x0,
+                         const RunSettings& run, double transient, double window, double stretch,
+                         int batches, const py::object& show) {
     Analysis analysis(model, run);
     const LyapunovSettings settings{.transient = transient,
                                     .window = window,
@@ -255,27 +302,82 @@ py::dict exponents(const Model& model, const Doubles& p, const Doubles& x0, cons
         const py::gil_scoped_release unlocked;
         l = lyapunov(*analysis.system, vector_of(p), vector_of(x0), settings);
     }
-    py::dict d;
-    d["exponents"] = array_of(l.exponents);
-    d["error"] = array_of(l.error);
-    d["t_begin"] = l.t_begin;
-    d["t_end"] = l.t_end;
-    d["slides"] = l.slides;
-    d["stretches"] = l.stretches;
-    d["skipped"] = l.skipped;
-    d["x"] = array_of(l.x);
-    d["status"] = std::string(name(l.status));
-    d["message"] = l.message;
-    d["raised"] = analysis.signals.raised();
-    return d;
+    return {.exponents = array_of(l.exponents),
+            .error = array_of(l.error),
+            .t_begin = l.t_begin,
+            .t_end = l.t_end,
+            .slides = l.slides,
+            .stretches = l.stretches,
+            .skipped = l.skipped,
+            .x = array_of(l.x),
+            .status = std::string(name(l.status)),
+            .message = l.message,
+            .raised = analysis.signals.raised()};
 }
 
 } // namespace
 
 void bind_maps(py::module_& m) {
+    bind_struct<LyapunovResult>(m, "LyapunovResult")
+        .def_readwrite("exponents", &LyapunovResult::exponents)
+        .def_readwrite("error", &LyapunovResult::error)
+        .def_readwrite("t_begin", &LyapunovResult::t_begin)
+        .def_readwrite("t_end", &LyapunovResult::t_end)
+        .def_readwrite("slides", &LyapunovResult::slides)
+        .def_readwrite("stretches", &LyapunovResult::stretches)
+        .def_readwrite("skipped", &LyapunovResult::skipped)
+        .def_readwrite("x", &LyapunovResult::x)
+        .def_readwrite("status", &LyapunovResult::status)
+        .def_readwrite("message", &LyapunovResult::message)
+        .def_readwrite("raised", &LyapunovResult::raised);
     m.def("lyapunov", &exponents);
+    bind_struct<MapSampleColumns>(m, "MapSampleColumns")
+        .def_readwrite("phase", &MapSampleColumns::phase)
+        .def_readwrite("boundary", &MapSampleColumns::boundary)
+        .def_readwrite("value", &MapSampleColumns::value)
+        .def_readwrite("value_boundary", &MapSampleColumns::value_boundary)
+        .def_readwrite("slope", &MapSampleColumns::slope)
+        .def_readwrite("turns", &MapSampleColumns::turns)
+        .def_readwrite("true_exit", &MapSampleColumns::true_exit)
+        .def_readwrite("status", &MapSampleColumns::status)
+        .def_readwrite("word", &MapSampleColumns::word);
+    bind_struct<FixedPointResult>(m, "FixedPointResult")
+        .def_readwrite("phase", &FixedPointResult::phase)
+        .def_readwrite("boundary", &FixedPointResult::boundary)
+        .def_readwrite("slope", &FixedPointResult::slope)
+        .def_readwrite("stable", &FixedPointResult::stable)
+        .def_readwrite("iterate", &FixedPointResult::iterate)
+        .def_readwrite("prime", &FixedPointResult::prime)
+        .def_readwrite("turns", &FixedPointResult::turns)
+        .def_readwrite("tangent", &FixedPointResult::tangent)
+        .def_readwrite("t", &FixedPointResult::t)
+        .def_readwrite("x", &FixedPointResult::x);
+    bind_struct<MapGraphResult>(m, "MapGraphResult")
+        .def_readwrite("samples", &MapGraphResult::samples)
+        .def_readwrite("left", &MapGraphResult::left)
+        .def_readwrite("right", &MapGraphResult::right)
+        .def_readwrite("jump", &MapGraphResult::jump)
+        .def_readwrite("points", &MapGraphResult::points)
+        .def_readwrite("status", &MapGraphResult::status)
+        .def_readwrite("message", &MapGraphResult::message)
+        .def_readwrite("evaluations", &MapGraphResult::evaluations)
+        .def_readwrite("raised", &MapGraphResult::raised);
     m.def("map_graph", &graph);
+    bind_struct<MapImages>(m, "MapImages")
+        .def_readwrite("samples", &MapImages::samples)
+        .def_readwrite("raised", &MapImages::raised);
     m.def("map_images", &images);
+    bind_struct<MappedColumns>(m, "MappedColumns")
+        .def_readwrite("x", &MappedColumns::x)
+        .def_readwrite("t", &MappedColumns::t)
+        .def_readwrite("slope", &MappedColumns::slope)
+        .def_readwrite("param_slope", &MappedColumns::param_slope)
+        .def_readwrite("word", &MappedColumns::word)
+        .def_readwrite("slides", &MappedColumns::slides)
+        .def_readwrite("singular", &MappedColumns::singular)
+        .def_readwrite("status", &MappedColumns::status)
+        .def_readwrite("message", &MappedColumns::message)
+        .def_readwrite("raised", &MappedColumns::raised);
     m.def("section_map", &sections);
     m.def("strobe_map", &strobes);
 }

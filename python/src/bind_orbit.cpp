@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <complex>
 #include <limits>
+#include <utility>
 
 namespace filippov::python {
 
@@ -17,9 +18,6 @@ using Doubles = Array<double>;
 
 void append(std::vector<double>& out, const Vector& x) {
     out.insert(out.end(), x.begin(), x.end());
-}
-py::array_t<double> array_of(const Vector& x) {
-    return as_array(std::vector<double>(x.begin(), x.end()), {x.size()});
 }
 py::array_t<std::complex<double>> array_of(const Multipliers& m) {
     return as_array(Multipliers(m), {py::ssize_t(m.size())});
@@ -33,8 +31,18 @@ int sliding_at(int mode, int surface) {
     return mode - mode_entry(mode, surface) * power;
 }
 
-/// Cycles, one after the other.
+/// Cycles, one after the other: a row a cycle, and one a node.
 struct CycleColumns {
+    py::array_t<long long> size;           // a cycle: its nodes
+    py::array_t<int> mode, until, surface; // a node
+    py::array_t<double> t, x, s;           // a node
+    py::array_t<long long> turns;          // a cycle
+    py::array_t<double> period, p;         // a cycle
+    py::array_t<double> t_start, x_start;  // a cycle
+};
+
+/// Takes cycles without the lock, until they are made columns.
+struct CycleRecorder {
     std::vector<long long> size; ///< nodes of each
     std::vector<int> mode;       ///< Mode::code
     std::vector<int> until, surface;
@@ -68,29 +76,33 @@ struct CycleColumns {
         t_start.push_back(time);
         append(x_start, system.arc(c.word[in].mode, c.t[in], c.x[in], time, c.p, {}).value);
     }
-    void to_dict(py::dict& d, py::ssize_t dim, py::ssize_t params) {
+    CycleColumns columns(const Facts& facts) {
         const auto n = py::ssize_t(size.size()), nodes = py::ssize_t(t.size());
-        d["size"] = as_array(std::move(size), {n});
-        d["mode"] = as_array(std::move(mode), {nodes});
-        d["until"] = as_array(std::move(until), {nodes});
-        d["surface"] = as_array(std::move(surface), {nodes});
-        d["t"] = as_array(std::move(t), {nodes});
-        d["x"] = as_array(std::move(x), {nodes, dim});
-        d["s"] = as_array(std::move(s), {nodes});
-        d["turns"] = as_array(std::move(turns), {n});
-        d["period"] = as_array(std::move(period), {n});
-        d["p"] = as_array(std::move(p), {n, params});
-        d["t_start"] = as_array(std::move(t_start), {n});
-        d["x_start"] = as_array(std::move(x_start), {n, dim});
+        const auto dim = py::ssize_t(facts.dim), params = py::ssize_t(facts.params.size());
+        return {.size = as_array(std::move(size), {n}),
+                .mode = as_array(std::move(mode), {nodes}),
+                .until = as_array(std::move(until), {nodes}),
+                .surface = as_array(std::move(surface), {nodes}),
+                .t = as_array(std::move(t), {nodes}),
+                .x = as_array(std::move(x), {nodes, dim}),
+                .s = as_array(std::move(s), {nodes}),
+                .turns = as_array(std::move(turns), {n}),
+                .period = as_array(std::move(period), {n}),
+                .p = as_array(std::move(p), {n, params}),
+                .t_start = as_array(std::move(t_start), {n}),
+                .x_start = as_array(std::move(x_start), {n, dim})};
     }
 };
 
-/// A cycle from its word, nodes, turns, period and parameters.
-Cycle cycle_from(const Model& model, const py::tuple& columns) {
-    const auto [mode, until, surface, t, x, turns, period, p] = columns.cast<
-        std::tuple<Array<int>, Array<int>, Array<int>, Doubles, Doubles, int, double, Doubles>>();
+/// The cycle of columns that hold one; `size`, `s`, `t_start` and `x_start` are not read.
+Cycle cycle_from(const Model& model, const CycleColumns& columns) {
+    const Array<int> mode = columns.mode, until = columns.until, surface = columns.surface;
+    const Array<long long> turns = columns.turns;
+    const Doubles t = columns.t, x = columns.x, period = columns.period, p = columns.p;
     const Facts& facts = model.facts();
     const py::ssize_t n = t.size();
+    expect(turns.size() == 1 && period.size() == 1 && std::in_range<int>(*turns.data()),
+           "there is one cycle");
     expect(n > 0 && mode.size() == n && until.size() == n && surface.size() == n,
            "a cycle has nodes");
     int codes = 1; // of modes, on either side of 0
@@ -109,8 +121,8 @@ Cycle cycle_from(const Model& model, const py::tuple& columns) {
         c.x.push_back(Eigen::Map<const Vector>(x.data(i, 0), facts.dim));
     }
     c.word.surfaces = facts.surfaces;
-    c.turns = turns;
-    c.period = period;
+    c.turns = int(*turns.data());
+    c.period = *period.data();
     c.p = vector_of(p);
     return c;
 }
@@ -127,43 +139,53 @@ double residual(const AnySystem& system, const Cycle& c) {
 }
 
 /// Everything about an orbit; without its monodromy matrix if it was not found.
-py::dict to_dict(const Model& model, const AnySystem& system, const Orbit& orbit) {
-    CycleColumns columns;
+struct OrbitResult {
+    CycleColumns cycles; // one, or none
+    py::array_t<std::complex<double>> multipliers;
+    py::array_t<double> monodromy;
+    bool stable = false;
+    int iterations = 0;
+    double residual = 0;
+    std::string status, message;
+    py::object raised = py::none();
+};
+
+OrbitResult result_of(const Model& model, const AnySystem& system, const Orbit& orbit) {
+    CycleRecorder cycles;
     Matrix transposed = orbit.monodromy.transpose(); // numpy goes row by row
     double left = 0;
     {
         const py::gil_scoped_release unlocked;
         if (orbit.cycle.size() > 0)
-            columns.add(system, orbit.cycle);
+            cycles.add(system, orbit.cycle);
         left = residual(system, orbit.cycle);
     }
-    const auto dim = py::ssize_t(model.facts().dim);
-    py::dict d;
-    columns.to_dict(d, dim, py::ssize_t(model.facts().params.size()));
-    d["multipliers"] = array_of(orbit.multipliers);
-    d["monodromy"] =
+    OrbitResult r;
+    r.cycles = cycles.columns(model.facts());
+    r.multipliers = array_of(orbit.multipliers);
+    r.monodromy =
         as_array(std::vector<double>(transposed.data(), transposed.data() + transposed.size()),
                  {py::ssize_t(orbit.monodromy.rows()), py::ssize_t(orbit.monodromy.cols())});
-    d["stable"] = orbit.status == Status::ok && orbit.stable(system.forced());
-    d["iterations"] = orbit.convergence.iterations;
-    d["residual"] = left;
-    d["status"] = std::string(name(orbit.status));
-    d["message"] = orbit.message;
-    return d;
+    r.stable = orbit.status == Status::ok && orbit.stable(system.forced());
+    r.iterations = orbit.convergence.iterations;
+    r.residual = left;
+    r.status = name(orbit.status);
+    r.message = orbit.message;
+    return r;
 }
 
 /// Looks for an orbit without the lock.
 template <class Search>
-py::dict searched(const Model& model, const RunSettings& run, Search search) {
+OrbitResult searched(const Model& model, const RunSettings& run, Search search) {
     Analysis analysis(model, run);
     Orbit orbit;
     {
         const py::gil_scoped_release unlocked;
         orbit = search(*analysis.system);
     }
-    py::dict d = to_dict(model, *analysis.unstoppable, orbit);
-    d["raised"] = analysis.signals.raised();
-    return d;
+    OrbitResult r = result_of(model, *analysis.unstoppable, orbit);
+    r.raised = analysis.signals.raised();
+    return r;
 }
 
 void check_point(const Model& model, const Doubles& p, const Doubles& x0) {
@@ -171,8 +193,8 @@ void check_point(const Model& model, const Doubles& p, const Doubles& x0) {
     expect(x0.size() == model.facts().dim, "x0 has dim entries");
 }
 
-py::dict settled(const Model& model, const Doubles& p, const Doubles& x0, double transient,
-                 int max_turns, double window, const RunSettings& run) {
+OrbitResult settled(const Model& model, const Doubles& p, const Doubles& x0, double transient,
+                    int max_turns, double window, const RunSettings& run) {
     check_point(model, p, x0);
     const Vector params = vector_of(p), start = vector_of(x0);
     OrbitSearch search;
@@ -183,8 +205,8 @@ py::dict settled(const Model& model, const Doubles& p, const Doubles& x0, double
                     [&](const AnySystem& system) { return settle(system, params, start, search); });
 }
 
-py::dict near(const Model& model, const Doubles& p, double t0, const Doubles& x0, int turns,
-              double window, const RunSettings& run) {
+OrbitResult near(const Model& model, const Doubles& p, double t0, const Doubles& x0, int turns,
+                 double window, const RunSettings& run) {
     check_point(model, p, x0);
     const Vector params = vector_of(p), start = vector_of(x0);
     OrbitSearch search;
@@ -194,7 +216,7 @@ py::dict near(const Model& model, const Doubles& p, double t0, const Doubles& x0
     });
 }
 
-py::dict solved(const Model& model, const py::tuple& cycle, const RunSettings& run) {
+OrbitResult solved(const Model& model, const CycleColumns& cycle, const RunSettings& run) {
     const Cycle start = cycle_from(model, cycle);
     return searched(model, run,
                     [&](const AnySystem& system) { return solve_orbit(system, start); });
@@ -202,7 +224,18 @@ py::dict solved(const Model& model, const py::tuple& cycle, const RunSettings& r
 
 // --- branches ----------------------------------------------------------------------------------
 
-py::dict special_to_dict(const Model& model, const AnySystem& system, const SpecialPoint& s) {
+/// A bifurcation, and the orbit there.
+struct SpecialPointResult {
+    OrbitResult orbit;
+    std::string kind;
+    int node = -1; // none
+    int side = 0;
+    std::string word_before, word_after;
+    std::vector<std::pair<std::string, double>> conditions;
+    py::array_t<std::complex<double>> multipliers;
+};
+
+SpecialPointResult result_of(const Model& model, const AnySystem& system, const SpecialPoint& s) {
     Orbit orbit;
     {
         const py::gil_scoped_release unlocked;
@@ -216,47 +249,55 @@ py::dict special_to_dict(const Model& model, const AnySystem& system, const Spec
             orbit.message = "the bifurcation was seen but not located";
         }
     }
-    py::dict d;
-    d["orbit"] = to_dict(model, system, orbit);
-    d["kind"] = std::string(name(s.kind));
-    d["node"] = s.side != 0 ? int(s.node) : -1;
-    d["side"] = s.side;
-    d["word_before"] = s.word_before;
-    d["word_after"] = s.word_after;
-    d["conditions"] = s.conditions;
-    d["multipliers"] = array_of(s.multipliers);
-    return d;
+    return {.orbit = result_of(model, system, orbit),
+            .kind = std::string(name(s.kind)),
+            .node = s.side != 0 ? int(s.node) : -1,
+            .side = s.side,
+            .word_before = s.word_before,
+            .word_after = s.word_after,
+            .conditions = s.conditions,
+            .multipliers = array_of(s.multipliers)};
 }
 
-/// A branch of orbits, or a curve of bifurcations of a kind.
-py::dict branch_to_dict(const Model& model, const AnySystem& system, const Branch& line,
-                        std::string_view kind = {}) {
-    CycleColumns columns;
+/// A branch of orbits, or a curve of bifurcations of a kind: a row a point.
+struct BranchColumns {
+    std::string kind; // empty for orbits
+    CycleColumns cycles;
+    py::array_t<std::complex<double>> multipliers;
+    py::array_t<signed char> stable;
+    std::vector<SpecialPointResult> special;
+    std::pair<std::string, std::string> ends;
+    long long corrections = 0;
+    std::string status;
+    py::object raised = py::none();
+};
+
+BranchColumns columns_of(const Model& model, const AnySystem& system, const Branch& line,
+                         std::string_view kind = {}) {
+    CycleRecorder cycles;
     Multipliers multipliers;
     std::vector<signed char> stable;
     {
         const py::gil_scoped_release unlocked;
         for (const BranchPoint& point : line.points) {
-            columns.add(system, point.cycle);
+            cycles.add(system, point.cycle);
             multipliers.insert(multipliers.end(), point.multipliers.begin(),
                                point.multipliers.end());
             stable.push_back(point.stable(system.forced()) ? 1 : 0);
         }
     }
     const auto n = py::ssize_t(line.points.size()), dim = py::ssize_t(model.facts().dim);
-    py::dict d;
-    columns.to_dict(d, dim, py::ssize_t(model.facts().params.size()));
-    d["multipliers"] = as_array(std::move(multipliers), {n, dim});
-    d["stable"] = as_array(std::move(stable), {n});
-    py::list special;
+    BranchColumns c;
+    c.kind = kind;
+    c.cycles = cycles.columns(model.facts());
+    c.multipliers = as_array(std::move(multipliers), {n, dim});
+    c.stable = as_array(std::move(stable), {n});
     for (const SpecialPoint& s : line.special)
-        special.append(special_to_dict(model, system, s));
-    d["special"] = special;
-    d["ends"] = py::make_tuple(end_message(line, true), end_message(line, false));
-    d["corrections"] = line.corrections;
-    d["status"] = std::string(name(line.status));
-    d["kind"] = std::string(kind);
-    return d;
+        c.special.push_back(result_of(model, system, s));
+    c.ends = {end_message(line, true), end_message(line, false)};
+    c.corrections = line.corrections;
+    c.status = name(line.status);
+    return c;
 }
 
 /// How far branches and curves go.
@@ -269,7 +310,7 @@ BranchSettings steps(double first_step, double max_step, int max_points) {
 }
 
 /// A bifurcation by its cycle, kind, node and side.
-SpecialPoint special_from(const Model& model, const py::tuple& cycle, int kind, int node,
+SpecialPoint special_from(const Model& model, const CycleColumns& cycle, int kind, int node,
                           int side) {
     expect(kind >= 0 && kind <= static_cast<int>(Kind::grazing), "kind is 0 to 9");
     SpecialPoint point;
@@ -284,9 +325,9 @@ SpecialPoint special_from(const Model& model, const py::tuple& cycle, int kind, 
 }
 
 /// @param kind  of the bifurcation where the branch starts, -1: none
-py::dict traced(const Model& model, const py::tuple& cycle, int kind, int node, int side,
-                int parameter, double low, double high, double first_step, double max_step,
-                int max_points, const py::object& show, const RunSettings& run) {
+BranchColumns traced(const Model& model, const CycleColumns& cycle, int kind, int node, int side,
+                     int parameter, double low, double high, double first_step, double max_step,
+                     int max_points, const py::object& show, const RunSettings& run) {
     expect(parameter >= 0 && std::size_t(parameter) < model.facts().params.size(),
            "parameter is an index");
     const Cycle start = cycle_from(model, cycle);
@@ -303,9 +344,9 @@ py::dict traced(const Model& model, const py::tuple& cycle, int kind, int node, 
         BranchTracer tracer(*analysis.system, parameter, low, high, settings);
         branch = special ? tracer.trace(*special) : tracer.trace(start);
     }
-    py::dict d = branch_to_dict(model, *analysis.unstoppable, branch);
-    d["raised"] = analysis.signals.raised();
-    return d;
+    BranchColumns c = columns_of(model, *analysis.unstoppable, branch);
+    c.raised = analysis.signals.raised();
+    return c;
 }
 
 // --- two parameters ----------------------------------------------------------------------------
@@ -317,10 +358,16 @@ Box box_of(const Model& model, const std::array<int, 2>& parameters,
     return {parameters, low, high};
 }
 
-py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int node, int side,
-                       const std::array<int, 2>& parameters, const std::array<double, 2>& low,
-                       const std::array<double, 2>& high, double first_step, double max_step,
-                       int max_points, const RunSettings& run) {
+/// A curve of bifurcations, and those connected with it.
+struct Curves {
+    std::vector<BranchColumns> curves;
+    py::object raised = py::none();
+};
+
+Curves traced_curves(const Model& model, const CycleColumns& cycle, int kind, int node, int side,
+                     const std::array<int, 2>& parameters, const std::array<double, 2>& low,
+                     const std::array<double, 2>& high, double first_step, double max_step,
+                     int max_points, const RunSettings& run) {
     const SpecialPoint point = special_from(model, cycle, kind, node, side);
     const Box box = box_of(model, parameters, low, high);
     Analysis analysis(model, run);
@@ -330,20 +377,28 @@ py::dict traced_curves(const Model& model, const py::tuple& cycle, int kind, int
         curves = trace_connected(*analysis.system, box, curve_start(point),
                                  steps(first_step, max_step, max_points));
     }
-    py::list all;
+    Curves r;
     for (const Curve& curve : curves)
-        all.append(branch_to_dict(model, *analysis.unstoppable, curve, name(curve.kind)));
-    py::dict d;
-    d["curves"] = all;
-    d["raised"] = analysis.signals.raised();
-    return d;
+        r.curves.push_back(columns_of(model, *analysis.unstoppable, curve, name(curve.kind)));
+    r.raised = analysis.signals.raised();
+    return r;
 }
 
-py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>& parameters,
-                  const std::array<double, 2>& low, const std::array<double, 2>& high,
-                  const Doubles& x0, int lines, int starts, int max_turns, double transient,
-                  double window, int max_curves, double first_step, double max_step, int max_points,
-                  const py::object& show, const RunSettings& run) {
+/// What was found in a rectangle of two parameters.
+struct BifurcationSetResult {
+    std::vector<BranchColumns> branches, curves;
+    long long corrections = 0;
+    int failed_starts = 0;
+    py::object raised = py::none();
+};
+
+BifurcationSetResult explored(const Model& model, const Doubles& p,
+                              const std::array<int, 2>& parameters,
+                              const std::array<double, 2>& low, const std::array<double, 2>& high,
+                              const Doubles& x0, int lines, int starts, int max_turns,
+                              double transient, double window, int max_curves, double first_step,
+                              double max_step, int max_points, const py::object& show,
+                              const RunSettings& run) {
     expect(std::size_t(p.size()) == model.facts().params.size(), "p has one entry a parameter");
     const Box box = box_of(model, parameters, low, high);
     const Vector params = vector_of(p);
@@ -363,28 +418,76 @@ py::dict explored(const Model& model, const Doubles& p, const std::array<int, 2>
         const py::gil_scoped_release unlocked;
         set = bifurcation_set(*analysis.system, params, box, search);
     }
-    py::list branches, curves;
+    BifurcationSetResult r;
     for (const Branch& branch : set.branches)
-        branches.append(branch_to_dict(model, *analysis.unstoppable, branch));
+        r.branches.push_back(columns_of(model, *analysis.unstoppable, branch));
     for (const Curve& curve : set.curves)
-        curves.append(branch_to_dict(model, *analysis.unstoppable, curve, name(curve.kind)));
-    py::dict d;
-    d["branches"] = branches;
-    d["curves"] = curves;
-    d["corrections"] = set.corrections;
-    d["failed_starts"] = set.failed_starts;
-    d["raised"] = analysis.signals.raised();
-    return d;
+        r.curves.push_back(columns_of(model, *analysis.unstoppable, curve, name(curve.kind)));
+    r.corrections = set.corrections;
+    r.failed_starts = set.failed_starts;
+    r.raised = analysis.signals.raised();
+    return r;
 }
 
 } // namespace
 
 void bind_orbit(py::module_& m) {
+    bind_struct<CycleColumns>(m, "CycleColumns")
+        .def_readwrite("size", &CycleColumns::size)
+        .def_readwrite("mode", &CycleColumns::mode)
+        .def_readwrite("until", &CycleColumns::until)
+        .def_readwrite("surface", &CycleColumns::surface)
+        .def_readwrite("t", &CycleColumns::t)
+        .def_readwrite("x", &CycleColumns::x)
+        .def_readwrite("s", &CycleColumns::s)
+        .def_readwrite("turns", &CycleColumns::turns)
+        .def_readwrite("period", &CycleColumns::period)
+        .def_readwrite("p", &CycleColumns::p)
+        .def_readwrite("t_start", &CycleColumns::t_start)
+        .def_readwrite("x_start", &CycleColumns::x_start);
+    bind_struct<OrbitResult>(m, "OrbitResult")
+        .def_readwrite("cycles", &OrbitResult::cycles)
+        .def_readwrite("multipliers", &OrbitResult::multipliers)
+        .def_readwrite("monodromy", &OrbitResult::monodromy)
+        .def_readwrite("stable", &OrbitResult::stable)
+        .def_readwrite("iterations", &OrbitResult::iterations)
+        .def_readwrite("residual", &OrbitResult::residual)
+        .def_readwrite("status", &OrbitResult::status)
+        .def_readwrite("message", &OrbitResult::message)
+        .def_readwrite("raised", &OrbitResult::raised);
     m.def("settle", &settled);
     m.def("orbit_near", &near);
     m.def("solve_orbit", &solved);
+    bind_struct<SpecialPointResult>(m, "SpecialPointResult")
+        .def_readwrite("orbit", &SpecialPointResult::orbit)
+        .def_readwrite("kind", &SpecialPointResult::kind)
+        .def_readwrite("node", &SpecialPointResult::node)
+        .def_readwrite("side", &SpecialPointResult::side)
+        .def_readwrite("word_before", &SpecialPointResult::word_before)
+        .def_readwrite("word_after", &SpecialPointResult::word_after)
+        .def_readwrite("conditions", &SpecialPointResult::conditions)
+        .def_readwrite("multipliers", &SpecialPointResult::multipliers);
+    bind_struct<BranchColumns>(m, "BranchColumns")
+        .def_readwrite("kind", &BranchColumns::kind)
+        .def_readwrite("cycles", &BranchColumns::cycles)
+        .def_readwrite("multipliers", &BranchColumns::multipliers)
+        .def_readwrite("stable", &BranchColumns::stable)
+        .def_readwrite("special", &BranchColumns::special)
+        .def_readwrite("ends", &BranchColumns::ends)
+        .def_readwrite("corrections", &BranchColumns::corrections)
+        .def_readwrite("status", &BranchColumns::status)
+        .def_readwrite("raised", &BranchColumns::raised);
     m.def("trace", &traced);
+    bind_struct<Curves>(m, "Curves")
+        .def_readwrite("curves", &Curves::curves)
+        .def_readwrite("raised", &Curves::raised);
     m.def("trace_curves", &traced_curves);
+    bind_struct<BifurcationSetResult>(m, "BifurcationSetResult")
+        .def_readwrite("branches", &BifurcationSetResult::branches)
+        .def_readwrite("curves", &BifurcationSetResult::curves)
+        .def_readwrite("corrections", &BifurcationSetResult::corrections)
+        .def_readwrite("failed_starts", &BifurcationSetResult::failed_starts)
+        .def_readwrite("raised", &BifurcationSetResult::raised);
     m.def("bifurcation_set", &explored);
     m.def("bifurcation_names", [] { return names_of(Kind::grazing); });
 }

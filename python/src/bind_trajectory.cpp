@@ -41,45 +41,62 @@ std::function<double(double, const double*)> watch(int index, py::function funct
     };
 }
 
-py::dict events_to_dict(EventColumns&& e, py::ssize_t dim, py::ssize_t surfaces) {
+/// The event log, a row an event.
+struct EventArrays {
+    py::array_t<double> t, t_local, s, x_left, x_right;
+    py::array_t<long long> period;
+    py::array_t<int> kind, surface, alternatives;
+    py::array_t<unsigned> contacts;
+    py::array_t<signed char> mode_before, mode_after;
+};
+
+EventArrays arrays_of(EventColumns&& e, py::ssize_t dim, py::ssize_t surfaces) {
     const auto n = py::ssize_t(e.t.size());
-    py::dict d;
-    d["t"] = as_array(std::move(e.t), {n});
-    d["period"] = as_array(std::move(e.period), {n});
-    d["t_local"] = as_array(std::move(e.t_local), {n});
-    d["kind"] = as_array(std::move(e.kind), {n});
-    d["surface"] = as_array(std::move(e.surface), {n});
-    d["mode_before"] = as_array(std::move(e.mode_before), {n, surfaces});
-    d["mode_after"] = as_array(std::move(e.mode_after), {n, surfaces});
-    d["x_left"] = as_array(std::move(e.x_left), {n, dim});
-    d["x_right"] = as_array(std::move(e.x_right), {n, dim});
-    d["s"] = as_array(std::move(e.s), {n});
-    d["contacts"] = as_array(std::move(e.contacts), {n});
-    d["alternatives"] = as_array(std::move(e.alternatives), {n});
-    return d;
+    return {.t = as_array(std::move(e.t), {n}),
+            .t_local = as_array(std::move(e.t_local), {n}),
+            .s = as_array(std::move(e.s), {n}),
+            .x_left = as_array(std::move(e.x_left), {n, dim}),
+            .x_right = as_array(std::move(e.x_right), {n, dim}),
+            .period = as_array(std::move(e.period), {n}),
+            .kind = as_array(std::move(e.kind), {n}),
+            .surface = as_array(std::move(e.surface), {n}),
+            .alternatives = as_array(std::move(e.alternatives), {n}),
+            .contacts = as_array(std::move(e.contacts), {n}),
+            .mode_before = as_array(std::move(e.mode_before), {n, surfaces}),
+            .mode_after = as_array(std::move(e.mode_after), {n, surfaces})};
 }
 
-py::dict run_to_dict(Run&& run, const Facts& facts, const py::object& raised) {
+/// A run: a row a step, or a time asked for.
+struct RunResult {
+    py::array_t<double> t, y;
+    py::array_t<signed char> mode;
+    EventArrays events;
+    std::shared_ptr<Solution> solution; ///< None without dense output
+    py::dict counters;
+    std::string status, message;
+    py::object raised = py::none();
+};
+
+RunResult result_of(Run&& run, const Facts& facts, const py::object& raised) {
     const auto n = py::ssize_t(run.t.size());
-    py::dict d;
-    d["t"] = as_array(std::move(run.t), {n});
-    d["y"] = as_array(std::move(run.x), {n, facts.dim});
-    d["mode"] = as_array(std::move(run.mode), {n, facts.surfaces});
-    d["events"] = events_to_dict(std::move(run.events), facts.dim, facts.surfaces);
-    d["solution"] = std::const_pointer_cast<Solution>(run.solution);
-    d["counters"] = counters_to_dict(run.counters);
-    d["status"] = std::string(name(run.status));
-    d["message"] = run.message;
-    d["raised"] = raised;
-    return d;
+    return {.t = as_array(std::move(run.t), {n}),
+            .y = as_array(std::move(run.x), {n, facts.dim}),
+            .mode = as_array(std::move(run.mode), {n, facts.surfaces}),
+            .events = arrays_of(std::move(run.events), facts.dim, facts.surfaces),
+            .solution = std::const_pointer_cast<Solution>(run.solution), // the holder has no const
+            .counters = counters_to_dict(run.counters),
+            .status = std::string(name(run.status)),
+            .message = std::move(run.message),
+            .raised = raised};
 }
 
 /// @param most  0: one solution, by the policy; else all of them, and so many at most
 /// @return the runs, and whether these are all
-py::tuple simulate(const Model& model, const Doubles& x0, double t0, double t_end, const Doubles& p,
-                   const RunSettings& settings, int most, bool dense,
-                   const std::optional<Doubles>& t_eval, const py::list& events,
-                   const py::object& params) {
+std::pair<std::vector<RunResult>, bool> simulate(const Model& model, const Doubles& x0, double t0,
+                                                 double t_end, const Doubles& p,
+                                                 const RunSettings& settings, int most, bool dense,
+                                                 const std::optional<Doubles>& t_eval,
+                                                 const py::list& events, const py::object& params) {
     const Facts& facts = model.facts();
     expect(x0.size() == facts.dim, "x0 has dim entries");
     expect(std::size_t(p.size()) == facts.params.size(), "p has one entry a parameter");
@@ -114,10 +131,10 @@ py::tuple simulate(const Model& model, const Doubles& x0, double t0, double t_en
         else
             runs.all.push_back(model.simulate(task));
     }
-    py::list all;
+    std::vector<RunResult> all;
     for (Run& run : runs.all)
-        all.append(run_to_dict(std::move(run), facts, signals.raised()));
-    return py::make_tuple(all, runs.complete);
+        all.push_back(result_of(std::move(run), facts, signals.raised()));
+    return {std::move(all), runs.complete};
 }
 
 py::dict pack(const Solution& solution) {
@@ -211,6 +228,29 @@ void bind_trajectory(py::module_& m) {
             s.blend(view(t), out);
             return as_array(std::move(out), {t.size(), surfaces});
         });
+    bind_struct<EventArrays>(m, "EventColumns")
+        .def_readwrite("t", &EventArrays::t)
+        .def_readwrite("t_local", &EventArrays::t_local)
+        .def_readwrite("s", &EventArrays::s)
+        .def_readwrite("x_left", &EventArrays::x_left)
+        .def_readwrite("x_right", &EventArrays::x_right)
+        .def_readwrite("period", &EventArrays::period)
+        .def_readwrite("kind", &EventArrays::kind)
+        .def_readwrite("surface", &EventArrays::surface)
+        .def_readwrite("alternatives", &EventArrays::alternatives)
+        .def_readwrite("contacts", &EventArrays::contacts)
+        .def_readwrite("mode_before", &EventArrays::mode_before)
+        .def_readwrite("mode_after", &EventArrays::mode_after);
+    bind_struct<RunResult>(m, "Run")
+        .def_readwrite("t", &RunResult::t)
+        .def_readwrite("y", &RunResult::y)
+        .def_readwrite("mode", &RunResult::mode)
+        .def_readwrite("events", &RunResult::events)
+        .def_readwrite("solution", &RunResult::solution)
+        .def_readwrite("counters", &RunResult::counters)
+        .def_readwrite("status", &RunResult::status)
+        .def_readwrite("message", &RunResult::message)
+        .def_readwrite("raised", &RunResult::raised);
     m.def("simulate", &simulate);
     m.attr("max_event_functions") = max_watches;
 }

@@ -26,8 +26,8 @@ PYBIND11_MODULE(_core, m, pybind11::mod_gil_not_used()) {
     fpy::bind_trajectory(m);
     fpy::bind_diagram(m);
     fpy::bind_ensemble(m);
-    fpy::bind_basins(m);
     fpy::bind_cells(m);
+    fpy::bind_basins(m);
     fpy::bind_orbit(m);
     fpy::bind_maps(m);
     fpy::bind_geometry(m);

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import dataclasses
+import pickle
 import warnings
 
 import matplotlib.pyplot as plt
@@ -211,6 +212,16 @@ def test_a_clock_is_no_axis():
         fp.basins(boost, {"v": (5, 25, 4), "tau": (0, 0.09, 4)}, rest={"q": 1})
 
 
+def test_attractors_are_sent_with_all_that_they_have(seed):
+    _, known = seed._labelling()
+    known[0].multipliers, known[0].residual = seed.attractors[0].multipliers, 1e-14
+    for sent, again in zip(known, pickle.loads(pickle.dumps(known)), strict=True):
+        for name in ("points", "multipliers", "norms"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(sent, name))
+        for name in ("periodic", "residual", "radius"):
+            assert getattr(again, name) == getattr(sent, name)
+
+
 def test_an_audit_that_disagrees_is_not_ok(seed, monkeypatch):
     assert seed.state == "ok"
     assert dataclasses.replace(seed, disagreements=3).success
@@ -220,10 +231,12 @@ def test_an_audit_that_disagrees_is_not_ok(seed, monkeypatch):
     from filippov._basins.basin_work import BasinWork
 
     complete = BasinWork.complete
-    monkeypatch.setattr(
-        BasinWork,
-        "complete",
-        lambda *args: complete(*args) | {"audited": 500, "disagreements": 430},
-    )
+
+    def disagreeing(*args):
+        checked = complete(*args)
+        checked.audited, checked.disagreements = 500, 430
+        return checked
+
+    monkeypatch.setattr(BasinWork, "complete", disagreeing)
     with pytest.warns(UserWarning, match="430 of 500 audited cells"):
         assert fp.basins(OSCILLATOR, picture(8), params=SEED).state == "not_converged"

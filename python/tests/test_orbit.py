@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import filippov as fp
+from filippov import _core
+from filippov._results.settings import analysis_settings
 
 BLOCK = fp.models.oscillator
 TIGHT = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
@@ -62,6 +64,17 @@ def test_words_of_the_chapters_orbits(A, omega, word):
     assert orbit.residual < 1e-12
     assert (orbit.multipliers[-1] == 0) == ("0" in word)  # a slide: exactly
     np.testing.assert_allclose(simulated(orbit, orbit.x0), orbit.x0, atol=1e-11)
+
+
+def test_a_cycle_goes_into_the_core_as_it_came_out():
+    p, told = BLOCK._values({"A": 3.6, "omega": 1.067}), analysis_settings(1e-12, 1e-13)
+    found = _core.settle(BLOCK._model, p, np.zeros(2), 200.0, 1, 200.0, told)
+    again = _core.solve_orbit(BLOCK._model, found.cycles, told)
+    assert (found.status, again.status) == ("ok", "ok")
+    np.testing.assert_array_equal(again.cycles.mode, found.cycles.mode)
+    np.testing.assert_allclose(again.cycles.x, found.cycles.x, atol=1e-11)
+    with pytest.raises(ValueError, match="there is one cycle"):
+        _core.solve_orbit(BLOCK._model, _core.CycleColumns(), told)
 
 
 def test_the_three_orbits_of_figure_4_16(orbits):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -97,14 +97,18 @@ class UncertaintyExponent:
 
 def grid_fractions(label: Integers) -> tuple[Fraction, ...]:
     """Shares of a picture's labels, between bounds from the cells beside boundaries."""
-    return tuple(Fraction(*row) for row in _core.grid_fractions(label))
+    return _shares(_core.grid_fractions(label))
 
 
 def sampled_fractions(
     label: Integers, level: float = 0.95, also: Sequence[int] = ()
 ) -> tuple[Fraction, ...]:
     """Shares of independent points' labels, with Wilson's intervals."""
-    return tuple(Fraction(*row) for row in _core.sampled_fractions(label, level, list(also)))
+    return _shares(_core.sampled_fractions(label, level, list(also)))
+
+
+def _shares(found: list[_core.Fraction]) -> tuple[Fraction, ...]:
+    return tuple(Fraction(f.label, f.value, f.low, f.high, f.count) for f in found)
 
 
 def basin_entropy(label: Integers, box: int) -> BasinEntropy:
@@ -113,20 +117,32 @@ def basin_entropy(label: Integers, box: int) -> BasinEntropy:
     box = integer("box", box, 2)
     if box > side:
         refuse("box", box, f"expected 2 to the shorter side, {side}")
-    return BasinEntropy(*_core.basin_entropy(label, box))
+    found = _core.basin_entropy(label, box)
+    return BasinEntropy(
+        mean=found.mean,
+        mean_error=found.mean_error,
+        boundary=found.boundary,
+        boundary_error=found.boundary_error,
+        boxes=found.boxes,
+        boundary_boxes=found.boundary_boxes,
+        unresolved=found.unresolved,
+        fractal=found.passes_log2_test(),
+    )
 
 
 def box_dimension(label: Integers) -> BoxDimension:
     """Dimension of the boundary between a picture's labels."""
     if min(label.shape) < 2:
         refuse("label.shape", label.shape, "expected two cells or more either way")
-    dimension, error, counts = _core.box_dimension(label, 1, 0)
-    return BoxDimension(dimension, error, tuple(counts))
+    found = _core.box_dimension(label, 1, 0)
+    return BoxDimension(
+        found.dimension, found.error, tuple((c.size, c.boxes) for c in found.counts)
+    )
 
 
 def uncertainty_exponent(
     work: BasinWork,
-    known: list[Any],
+    known: list[_core.AttractorColumns],
     epsilons: Sequence[float],
     pairs: int,
     seed: int,
@@ -151,17 +167,16 @@ def uncertainty_exponent(
             integer("seed", seed, 0, MOST),
             show,
         )
-    ended(found["raised"])
-    alpha, error, dimension, _, _, _, probability, left_out = _core.uncertainty_exponent(
-        found["counts"]
-    )
+    ended(found.raised)
+    counts = found.counts
+    fit = _core.uncertainty_exponent(counts)
     return UncertaintyExponent(
-        alpha,
-        error,
-        dimension,
-        probability,
-        tuple(PairCount(*row) for row in found["counts"]),
-        tuple(left_out),
+        alpha=fit.alpha,
+        error=fit.error,
+        dimension=fit.dimension,
+        probability=fit.probability,
+        counts=tuple(PairCount(c.epsilon, c.uncertain, c.trials, c.unresolved) for c in counts),
+        left_out=tuple(fit.left_out),
     )
 
 

@@ -35,8 +35,8 @@ class BasinWork:
         return BasinWork, tuple(getattr(self, field.name) for field in fields(self))
 
     @functools.cached_property
-    def finder(self) -> Any:  # noqa: ANN401 - compiled
-        """A `_core.BasinFinder`, made when it is first asked for; it is not sent."""
+    def finder(self) -> _core.BasinFinder:
+        """Compiled, made when it is first asked for; it is not sent."""
         require_level(self.sys, self.level)
         picture = self.picture
         return _core.BasinFinder(
@@ -62,37 +62,37 @@ class BasinWork:
     def images(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
         """Images of the cells in some rows."""
         del inputs
-        columns = self.finder.images(*self._cells(first, count), show)
-        names = {"image_state": "state", "image_status": "status"}
-        renamed = {name: columns[theirs] for name, theirs in names.items()}
-        return {**columns, **renamed, **columns["counters"]}
+        found = self.finder.images(*self._cells(first, count), show)
+        return {
+            "image": found.image,
+            "image_state": found.state,
+            "image_status": found.status,
+            **found.counters,
+            "raised": found.raised,
+        }
 
-    def find(self, image: Integers, raised: BaseException | None) -> dict[str, Any]:
+    def find(self, image: Integers, raised: BaseException | None) -> _core.LimitSetsResult:
         """Attractors, saddles, and the plain map; nothing but that after an interruption."""
         if raised is None:
-            return self.finder.find(image.ravel())  # type: ignore[no-any-return]
+            return self.finder.find(image.ravel())
         plain = _core.cell_map(self.picture.grid.axes, image.ravel())
-        return {"plain": plain, "attractors": [], "saddles": [], "raised": raised}
+        return _core.LimitSetsResult(plain=plain, raised=raised)
 
-    def labels(self, attractors: list[Any]) -> LabelWork:
+    def labels(self, attractors: list[_core.AttractorColumns]) -> LabelWork:
         """Work that labels cells."""
         return LabelWork(self, attractors)
 
     def complete(
-        self, attractors: list[Any], image: Integers, label: Integers, raised: BaseException | None
-    ) -> dict[str, Any]:
+        self,
+        attractors: list[_core.AttractorColumns],
+        image: Integers,
+        label: Integers,
+        raised: BaseException | None,
+    ) -> _core.BasinChecks:
         """Audit, and the confusion table; nothing of it after an interruption."""
         if raised is None:
-            checked: dict[str, Any] = self.finder.complete(attractors, image.ravel(), label.ravel())
-            return checked
-        return {
-            "confusion": [],
-            "by_exit": False,
-            "by_exit_reason": "It was interrupted.",
-            "audited": 0,
-            "disagreements": 0,
-            "raised": raised,
-        }
+            return self.finder.complete(attractors, image.ravel(), label.ravel())
+        return _core.BasinChecks(by_exit_reason="It was interrupted.", raised=raised)
 
 
 @dataclass(frozen=True)
@@ -100,15 +100,23 @@ class LabelWork:
     """Labels cells from their images."""
 
     basins: BasinWork
-    attractors: list[Any]
+    attractors: list[_core.AttractorColumns]
 
     def __call__(self, first: int, count: int, inputs: Arrays, show: Show) -> Mapping[str, Any]:
         """Labels of the cells in some rows."""
-        columns = self.basins.finder.labels(
+        found = self.basins.finder.labels(
             self.attractors,
             *self.basins._cells(first, count),
             inputs["state"].reshape(-1, self.basins.sys.dim),
             inputs["status"].ravel(),
             show,
         )
-        return {**columns, **columns["counters"]}
+        return {
+            "label": found.label,
+            "time": found.time,
+            "status": found.status,
+            "periods": found.periods,
+            "looked_up": found.looked_up,
+            **found.counters,
+            "raised": found.raised,
+        }

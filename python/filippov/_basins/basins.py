@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.settings import Settings, lane_settings
 from filippov._results.store import Stored
@@ -53,8 +54,8 @@ from .cells import (
     GridArgument,
     Integers,
     Picture,
+    groups_of,
     picture_of,
-    unpack_cell_map,
     verify_cells,
 )
 from .refine import RefinedBasins, refine
@@ -260,9 +261,9 @@ class Basins(Stored):
         work, known = self._labelling()
         rows = np.ascontiguousarray(given.reshape(2, -1).T)
         found = work.finder.points(known, rows)
-        ended(found["raised"])
+        ended(found.raised)
         shape = given.shape[1:]
-        return found["label"].reshape(shape), found["time"].reshape(shape)
+        return found.label.reshape(shape), found.time.reshape(shape)
 
     def sample(
         self, n: int = 10_000, *, level: float = 0.95, seed: int = 1
@@ -358,19 +359,16 @@ class Basins(Stored):
             work, known, coarse, levels, time_jump, audit, seed, full_dimension, max_points
         )
 
-    def _labelling(self) -> tuple[BasinWork, list[Any]]:
+    def _labelling(self) -> tuple[BasinWork, list[_core.AttractorColumns]]:
         """Give what labels points, and the attractors that it is to be given."""
         picture = Picture(self.grid, self.rest, self.t0, self.params, self.period)
         bounds = None if self.escape is None else list(self.escape)
         level = level_of(self.system)
         work = BasinWork(self.system, picture, self.settings, self.search, bounds, 0, level)
         known = [
-            {
-                "periodic": a.periodic,
-                "radius": a.radius,
-                "norms": a.norms,
-                "points": np.ascontiguousarray(a.points.T),
-            }
+            _core.AttractorColumns(
+                periodic=a.periodic, points=a.points.T, radius=a.radius, norms=a.norms
+            )
             for a in self.attractors
         ]
         return work, known
@@ -550,9 +548,10 @@ def basins(
         halves = [_half(show, k) for k in (0, 1)]
         mapped, image_sums, raised = run_stage(images, tiling, kept, halves[0], shape[1])
         found = work.find(mapped["image"], raised)
+        attractors = found.attractors
         labels = Stage(
             "labels",
-            work.labels(found["attractors"]),
+            work.labels(attractors),
             {
                 "label": np.zeros(shape, dtype=np.int32),
                 "time": np.full(shape, -1, dtype=np.int32),
@@ -562,30 +561,30 @@ def basins(
             {"state": mapped["image_state"], "status": mapped["image_status"]},
             dict.fromkeys(("label", "time", "status"), cells.names),
         )
-        raised = found["raised"]
+        raised = found.raised
         labelled, sums = labels.outputs, dict.fromkeys(labels.numbers, 0)
         if raised is None:
             labelled, sums, raised = run_stage(labels, tiling, kept, halves[1], shape[1])
-        checked = work.complete(found["attractors"], mapped["image"], labelled["label"], raised)
-    plain = unpack_cell_map(found["plain"], shape)
+        checked = work.complete(attractors, mapped["image"], labelled["label"], raised)
+    plain = found.plain
     result = Basins(
         label=labelled["label"],
         time=labelled["time"],
         status=STATUS_NAMES[labelled["status"]],
-        attractors=tuple(_attractor(a) for a in found["attractors"]),
-        saddles=tuple(_saddle(s) for s in found["saddles"]),
-        plain_group=plain["group"],
-        plain_steps=plain["steps"],
-        plain_groups=plain["groups"],
+        attractors=tuple(_attractor(a) for a in attractors),
+        saddles=tuple(_saddle(s) for s in found.saddles),
+        plain_group=plain.group.reshape(shape),
+        plain_steps=plain.steps.reshape(shape),
+        plain_groups=groups_of(plain, shape),
         confusion=tuple(
-            GroupCheck(group, attractor, np.array(counts, dtype=np.int64))
-            for group, attractor, counts in checked["confusion"]
+            GroupCheck(g.group, g.attractor, np.array(g.cells, dtype=np.int64))
+            for g in checked.confusion
         ),
-        by_exit=checked["by_exit"],
-        by_exit_reason=checked["by_exit_reason"],
+        by_exit=checked.by_exit,
+        by_exit_reason=checked.by_exit_reason,
         looked_up=sums["looked_up"],
-        audited=checked["audited"],
-        disagreements=checked["disagreements"],
+        audited=checked.audited,
+        disagreements=checked.disagreements,
         periods=sums["periods"],
         grid=cells,
         system=sys,
@@ -600,7 +599,7 @@ def basins(
         instruction_set=level_of(sys),
         stats=LaneStats.of({name: image_sums[name] + sums[name] for name in COUNTS}),
     )
-    ended(checked["raised"], basins=result)
+    ended(checked.raised, basins=result)
     if not result.success:
         warnings.warn(
             f"{result.disagreements} of {result.audited} audited cells do not come to the "
@@ -643,20 +642,20 @@ def _half(show: Show, half: int) -> Show:
     return lambda done, total: show(half * total + done, 2 * total)
 
 
-def _saddle(found: Mapping[str, Any]) -> Saddle:
+def _saddle(found: _core.StrobeCycleColumns) -> Saddle:
     return Saddle(
-        points=np.ascontiguousarray(found["points"].T),
-        multipliers=found["multipliers"],
-        residual=found["residual"],
+        points=np.ascontiguousarray(found.points.T),
+        multipliers=found.multipliers,
+        residual=found.residual,
     )
 
 
-def _attractor(found: Mapping[str, Any]) -> Attractor:
+def _attractor(found: _core.AttractorColumns) -> Attractor:
     return Attractor(
-        periodic=found["periodic"],
-        points=np.ascontiguousarray(found["points"].T),
-        multipliers=found["multipliers"],
-        residual=found["residual"],
-        radius=found["radius"],
-        norms=found["norms"],
+        periodic=found.periodic,
+        points=np.ascontiguousarray(found.points.T),
+        multipliers=found.multipliers,
+        residual=found.residual,
+        radius=found.radius,
+        norms=found.norms,
     )

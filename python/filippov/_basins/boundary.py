@@ -158,7 +158,7 @@ class UnstableBranch:
     """One side of an unstable set."""
 
     points: Floats  #: states, from the saddle on, shape (dim, n)
-    breaks: Integers  #: the map jumps between these points and the next
+    breaks: NDArray[np.int64]  #: the map jumps between these points and the next
     length: float  #: in pictures
     attractor: int  #: label of the one that it ends at, 0: none
     status: str
@@ -291,7 +291,7 @@ def basin_boundary(
         found = _core.basin_boundary(
             picture,
             known,
-            [_cycle(s) for s in basins.saddles],
+            [_columns(s) for s in basins.saddles],
             np.ascontiguousarray(basins.label).ravel(),
             distance,
             width,
@@ -301,17 +301,18 @@ def basin_boundary(
             show,
         )
     result = BasinBoundary(
-        curves=tuple(BoundaryCurve(**(c | {"kind": KINDS[c["kind"]]})) for c in found["curves"]),
-        corners=tuple(
-            BoundaryCorner((x, y), turn, error, curve, point)
-            for x, y, turn, error, curve, point in found["corners"]
-        ),
+        curves=tuple(_curve(c) for c in found.curves),
+        corners=tuple(_corner(c) for c in found.corners),
+        unresolved=found.unresolved,
+        stuck=found.stuck,
+        labels=found.labels,
+        status=found.status,
+        message=found.message,
         grid=basins.grid,
         system=basins.system,
         params=basins.params,
-        **{name: found[name] for name in ("unresolved", "stuck", "labels", "status", "message")},
     )
-    ended(found["raised"], boundary=result)
+    ended(found.raised, boundary=result)
     return result
 
 
@@ -378,7 +379,7 @@ def unstable_set(
     found = _core.unstable_set(
         picture,
         known,
-        [_cycle(chosen)],
+        [_columns(chosen)],
         point,
         number("gap", gap, positive, above=0.0),
         number("distance", distance, positive, above=0.0),
@@ -388,19 +389,16 @@ def unstable_set(
         integer("max_points", max_points, most=MOST),
     )
     result = UnstableSet(
-        branches=tuple(
-            UnstableBranch(**(b | {"points": np.ascontiguousarray(b["points"].T)}))
-            for b in found["branches"]
-        ),
-        direction=found["direction"],
-        multiplier=found["multiplier"],
-        turn=found["turn"],
+        branches=tuple(_branch(b) for b in found.branches),
+        direction=found.direction,
+        multiplier=found.multiplier,
+        turn=found.turn,
         saddle=chosen,
         grid=basins.grid,
         system=basins.system,
         params=basins.params,
     )
-    ended(found["raised"], unstable=result)
+    ended(found.raised, unstable=result)
     return result
 
 
@@ -409,14 +407,44 @@ def _require_basins(basins: object) -> None:
         refuse("basins", basins, "expected Basins, as filippov.basins gives", TypeError)
 
 
-def _picture(basins: Basins) -> tuple[Any, list[Any]]:
+def _picture(basins: Basins) -> tuple[_core.Picture, list[_core.AttractorColumns]]:
     """Give the compiled picture, and the attractors that it is to be given."""
     work, known = basins._labelling()
     return work.finder, known
 
 
-def _cycle(saddle: Saddle) -> dict[str, Any]:
-    return {
-        "points": np.ascontiguousarray(saddle.points.T),
-        "multipliers": list(saddle.multipliers),
-    }
+def _columns(saddle: Saddle) -> _core.StrobeCycleColumns:
+    return _core.StrobeCycleColumns(points=saddle.points.T, multipliers=saddle.multipliers)
+
+
+def _curve(found: _core.BoundaryCurveColumns) -> BoundaryCurve:
+    return BoundaryCurve(
+        points=found.points,
+        left_points=found.left_points,
+        right_points=found.right_points,
+        left=found.left,
+        right=found.right,
+        closed=found.closed,
+        kind=KINDS[found.kind],
+        saddle=found.saddle,
+        periods=found.periods,
+        approach=found.approach,
+        distance=found.distance,
+        coarse=found.coarse,
+    )
+
+
+def _corner(found: _core.BoundaryCorner) -> BoundaryCorner:
+    x, y = found.at
+    return BoundaryCorner((x, y), found.turn, found.error, found.curve, found.point)
+
+
+def _branch(found: _core.UnstableBranchColumns) -> UnstableBranch:
+    return UnstableBranch(
+        points=np.ascontiguousarray(found.points.T),
+        breaks=found.breaks,
+        length=found.length,
+        attractor=found.attractor,
+        status=found.status,
+        message=found.message,
+    )

@@ -304,23 +304,14 @@ class CellMap(Stored):
         )
 
 
-def unpack_cell_map(columns: Mapping[str, Any], shape: tuple[int, int]) -> dict[str, Any]:
-    """Arrays and groups as `CellMap` has them."""
-    groups = tuple(
+def groups_of(found: _core.CellMapColumns, shape: tuple[int, int]) -> tuple[CellGroup, ...]:
+    """Give the groups as `CellMap` has them."""
+    return tuple(
         CellGroup(
             int(period), np.stack(np.unravel_index(cells, shape), axis=-1).astype(np.int32), int(n)
         )
-        for period, cells, n in zip(
-            columns["period"], columns["cells"], columns["basin"], strict=True
-        )
+        for period, cells, n in zip(found.period, found.cells, found.basin, strict=True)
     )
-    return {
-        "group": columns["group"].reshape(shape),
-        "steps": columns["steps"].reshape(shape),
-        "groups": groups,
-        "sink_basin": columns["sink_basin"],
-        "unresolved_basin": columns["unresolved_basin"],
-    }
 
 
 def cell_map(
@@ -462,10 +453,15 @@ def cell_map(
     kept, tiling = open_store(store, "cell_map", identity, cells.shape[0], cells.shape[1], tile)
     with shown(progress, "cell") as show:
         columns, sums, raised = run_stage(stage, tiling, kept, show, cells.shape[1])
+    found = _core.cell_map(cells.axes, columns["image"].ravel())
     result = CellMap(
-        **unpack_cell_map(_core.cell_map(cells.axes, columns["image"].ravel()), cells.shape),
+        group=found.group.reshape(cells.shape),
+        steps=found.steps.reshape(cells.shape),
         image=columns["image"],
         status=STATUS_NAMES[columns["status"]],
+        groups=groups_of(found, cells.shape),
+        sink_basin=found.sink_basin,
+        unresolved_basin=found.unresolved_basin,
         grid=cells,
         system=sys,
         params=picture.params,
@@ -498,7 +494,7 @@ class SectionWork:
         del inputs
         picture, dim = self.picture, self.sys.dim
         starts = picture.starts(first, count)
-        columns = _core.section_images(
+        found = _core.section_images(
             self.sys._model,
             np.ascontiguousarray(starts[:, dim]),
             np.ascontiguousarray(starts[:, :dim]),
@@ -514,15 +510,17 @@ class SectionWork:
             self.threads,
             show,
         )
-        t = columns["t"]
+        t = found.t
         if "t" in picture.grid.names:
             low = picture.grid.low[picture.grid.names.index("t")]
             t = low + np.mod(t - low, picture.period)
-        at = np.column_stack([columns["x"], t])[:, list(picture.grid.coordinates)]
+        at = np.column_stack([found.x, t])[:, list(picture.grid.coordinates)]
         image = _core.cells_of(picture.grid.axes, np.ascontiguousarray(at))
-        image[columns["status"] != OK] = -2
-        image[columns["status"] == ESCAPED] = -1
-        return {**columns, "image": image} | dict.fromkeys(COUNTS, 0)
+        status = found.status
+        image[status != OK] = -2
+        image[status == ESCAPED] = -1
+        columns = {"image": image, "status": status, "raised": found.raised}
+        return columns | dict.fromkeys(COUNTS, 0)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from filippov import _core
 from filippov._results.dataset import dataset
 from filippov._results.store import Stored
 from filippov._support.check import MOST, integer, number, word
@@ -167,7 +168,7 @@ class RefinedBasins(Stored):
 
 def refine(
     work: BasinWork,
-    known: list[Any],
+    known: list[_core.AttractorColumns],
     coarse: int,
     levels: int,
     time_jump: int,
@@ -176,7 +177,7 @@ def refine(
     full_dimension: float,
     max_points: int,
 ) -> RefinedBasins:
-    """Label squares, see `Basins.refine`; `known` are the attractors, as the core takes them."""
+    """Label squares, see `Basins.refine`."""
     coarse, levels = integer("coarse", coarse, most=2**20), integer("levels", levels, 0)
     found = work.finder.refine(
         known,
@@ -188,23 +189,23 @@ def refine(
         integer("audit", audit, 0),
         integer("seed", seed, 0, MOST),
     )
-    dimension, error, _ = found["dimension"]
+    audited = found.audit
     result = RefinedBasins(
-        squares=found["squares"],
-        label=found["label"],
-        time=found["time"],
-        counts=found["counts"],
-        trajectories=found["trajectories"],
-        dimension=dimension,
-        dimension_error=error,
-        audit=Audit(*found["audit"]),
-        status=found["status"],
-        message=found["message"],
+        squares=found.squares,
+        label=found.label,
+        time=found.time,
+        counts=found.counts,
+        trajectories=found.trajectories,
+        dimension=found.dimension.value,
+        dimension_error=found.dimension.error,
+        audit=Audit(audited.points, audited.wrong, audited.share, audited.bound),
+        status=found.status,
+        message=found.message,
         coarse=coarse,
         levels=levels,
         grid=work.picture.grid,
         system=work.sys,
         params=work.picture.params,
     )
-    ended(found["raised"], refined=result)
+    ended(found.raised, refined=result)
     return result

@@ -210,21 +210,19 @@ def bifurcation_set(
     result = BifurcationSet(
         branches=tuple(
             branch_from(sys, _at(values, names[1], each), over, KINDS, each, told)
-            for each in found["branches"]
+            for each in found.branches
         ),
-        curves=tuple(
-            branch_from(sys, values, spans, KINDS, each, told) for each in found["curves"]
-        ),
-        corrections=found["corrections"],
-        failed_starts=found["failed_starts"],
+        curves=tuple(branch_from(sys, values, spans, KINDS, each, told) for each in found.curves),
+        corrections=found.corrections,
+        failed_starts=found.failed_starts,
         system=sys,
         params=Params({name: value for name, value in values.items() if name not in names}),
     )
-    ended(found["raised"], set=result)
+    ended(found.raised, set=result)
     return result
 
 
-def _at(values: Mapping[str, float], name: str, found: _core._Branch) -> dict[str, float]:
+def _at(values: Mapping[str, float], name: str, found: _core.BranchColumns) -> dict[str, float]:
     """Give the parameter values of a line."""
-    index = list(values).index(name)
-    return dict(values) | ({name: float(found["p"][0, index])} if found["p"].size else {})
+    index, p = list(values).index(name), found.cycles.p
+    return dict(values) | ({name: float(p[0, index])} if p.size else {})

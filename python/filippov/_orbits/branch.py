@@ -198,10 +198,9 @@ class Branch(Stored):
             rtol=self.rtol,
             atol=self.atol,
         )
-        cycle = start._cycle().as_tuple()
         told = analysis_settings(self.rtol, self.atol)
-        found = _core.solve_orbit(self.system._model, cycle, told)
-        ended(found["raised"])
+        found = _core.solve_orbit(self.system._model, start._cycle(), told)
+        ended(found.raised)
         return orbit_from(self.system, found, values, told)
 
     def plot(
@@ -412,7 +411,7 @@ def _over_one(
     with shown(progress, "point") as show:
         found = _core.trace(
             sys._model,
-            cycle.as_tuple(),
+            cycle,
             *point,
             index,
             span[0],
@@ -424,7 +423,7 @@ def _over_one(
             told,
         )
     branch = branch_from(sys, orbit.params, {name: span}, kinds, found, told)
-    ended(found["raised"], branch=branch)
+    ended(found.raised, branch=branch)
     return branch
 
 
@@ -455,7 +454,7 @@ def _in_two(
     low, high = zip(*spans.values(), strict=True)
     found = _core.trace_curves(
         sys._model,
-        cycle.as_tuple(),
+        cycle,
         KINDS.index(start.kind),
         start.node,
         start.side,
@@ -465,9 +464,9 @@ def _in_two(
         *steps,
         told,
     )
-    curves = [branch_from(sys, params, spans, kinds, each, told) for each in found["curves"]]
+    curves = [branch_from(sys, params, spans, kinds, each, told) for each in found.curves]
     branch = dataclasses.replace(curves[0], connected=tuple(curves[1:]))
-    ended(found["raised"], branch=branch)
+    ended(found.raised, branch=branch)
     return branch
 
 
@@ -489,28 +488,29 @@ def branch_from(
     params: Mapping[str, float],
     bounds: dict[str, tuple[float, float]],
     kinds: tuple[str, ...],
-    found: _core._Branch,
+    found: _core.BranchColumns,
     told: _core.RunSettings,
 ) -> Branch:
     """Build a branch from what the core gave."""
-    events, words, _ = node_events(sys, found)
+    cycles = found.cycles
+    events, words, _ = node_events(sys, cycles)
     names = list(bounds)
-    specials = (_special_from(sys, params, names, each, told) for each in found["special"])
+    specials = (_special_from(sys, params, names, each, told) for each in found.special)
     columns = {name: list(sys.params).index(name) for name in names}
     return Branch(
-        kind=found["kind"],
-        param={name: found["p"][:, k].copy() for name, k in columns.items()},
+        kind=found.kind,
+        param={name: cycles.p[:, k].copy() for name, k in columns.items()},
         word=np.array(words, dtype=np.str_),
-        period=found["period"],
-        turns=found["turns"],
-        stable=found["stable"].astype(np.bool_),
-        multipliers=found["multipliers"],
-        x0=np.ascontiguousarray(found["x_start"].T),
+        period=cycles.period,
+        turns=cycles.turns,
+        stable=found.stable.astype(np.bool_),
+        multipliers=found.multipliers,
+        x0=np.ascontiguousarray(cycles.x_start.T),
         events=events,
         specials=tuple(special for special in specials if special.kind in kinds),
-        status=Status(found["status"]),
-        ends=found["ends"],
-        corrections=found["corrections"],
+        status=Status(found.status),
+        ends=found.ends,
+        corrections=found.corrections,
         system=sys,
         params=Params({key: value for key, value in params.items() if key not in bounds}),
         bounds=bounds,
@@ -524,23 +524,23 @@ def _special_from(
     sys: System,
     params: Mapping[str, float],
     names: list[str],
-    found: _core._Special,
+    found: _core.SpecialPointResult,
     told: _core.RunSettings,
 ) -> SpecialPoint:
-    orbit = orbit_from(sys, found["orbit"], params, told)
-    node = found["node"]
+    orbit = orbit_from(sys, found.orbit, params, told)
+    node = found.node
     if node >= 0:
-        node = int(node_events(sys, found["orbit"])[2][node])
+        node = int(node_events(sys, found.orbit.cycles)[2][node])
     return SpecialPoint(
-        kind=found["kind"],
+        kind=found.kind,
         param={name: orbit.params[name] if orbit.success else np.nan for name in names},
         orbit=orbit,
         node=node,
-        side=found["side"],
-        word_before=found["word_before"],
-        word_after=found["word_after"],
-        conditions=dict(found["conditions"]),
-        multipliers=found["multipliers"],
+        side=found.side,
+        word_before=found.word_before,
+        word_after=found.word_after,
+        conditions=dict(found.conditions),
+        multipliers=found.multipliers,
         status=orbit.status,
     )
 

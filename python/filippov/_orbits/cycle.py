@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,15 @@ from filippov._support.sound import codes, finite, known, record, require
 from filippov._support.types import Floats, Record
 from filippov._system.system import Params, System
 
-__all__ = ["Cycle", "node_events", "verify_columns", "verify_nodes", "without_point", "word_of"]
+__all__ = [
+    "cycle_at",
+    "cycle_of",
+    "node_events",
+    "verify_columns",
+    "verify_nodes",
+    "without_point",
+    "word_of",
+]
 
 # What ends a segment, in the order of the core.
 SURFACE, EXIT_BELOW, EXIT_ABOVE, GRAZE, EXTREMUM_BELOW, EXTREMUM_ABOVE, PHASE = range(7)
@@ -27,59 +34,57 @@ _SIDES = {letter: side for side, letter in _CHARACTERS.items()}
 _RANK = {"0": 0, "-": 1, "+": 2}
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """A word with its nodes: letter i is the segment from node i to node i + 1."""
+def cycle_of(
+    word: str,
+    events: Record,
+    start: tuple[float, Floats],
+    turns: int,
+    period: float,
+    params: Params,
+    *,
+    forced: bool,
+) -> _core.CycleColumns:
+    """Make the cycle whose nodes are the events of an orbit.
 
-    mode: NDArray[np.int32]  #: their codes, the sums of mode_j 3**j
-    until: NDArray[np.int32]
-    surface: NDArray[np.int32]  #: on which it ends
-    t: Floats
-    x: Floats  #: shape (n, dim)
-    turns: int
-    period: float
-    p: Floats
+    Segment i goes from node i to node i + 1: `mode` has its mode, the sum of mode_j 3**j, `until`
+    what ends it, and `surface` on which.
+    """
+    if events.size == 0:  # one segment, cut at the start
+        letters = np.array([[_SIDES[letter] for letter in word]])
+        ends, surfaces = [PHASE], np.array([0])
+        t, x = np.array([start[0]]), start[1][None, :]
+    else:
+        letters = events["mode_after"].reshape(events.size, -1)
+        ends, surfaces = list(map(_until, np.roll(events, -1))), np.roll(events["surface"], -1)
+        t, x = events["t"].copy(), events["x"].copy()
+        if not forced:
+            t -= t[0]  # time is what the first node makes it
+    return _core.CycleColumns(
+        mode=letters.astype(np.int32) @ 3 ** np.arange(letters.shape[1], dtype=np.int32),
+        until=np.array(ends, dtype=np.int32),
+        surface=surfaces.astype(np.int32),
+        t=t,
+        x=x,
+        turns=np.array([turns]),
+        period=np.array([period]),
+        p=np.array([list(params.values())], dtype=np.float64),
+    )
 
-    @staticmethod
-    def of(
-        word: str,
-        events: Record,
-        start: tuple[float, Floats],
-        turns: int,
-        period: float,
-        params: Params,
-        *,
-        forced: bool,
-    ) -> Cycle:
-        """Cycle whose nodes are the events of an orbit."""
-        p = np.array(list(params.values()), dtype=np.float64)
-        if events.size == 0:  # one segment, cut at the start
-            letters = np.array([[_SIDES[letter] for letter in word]])
-            ends, surfaces = [PHASE], np.array([0])
-            t, x = np.array([start[0]]), start[1][None, :]
-        else:
-            letters = events["mode_after"].reshape(events.size, -1)
-            ends, surfaces = list(map(_until, np.roll(events, -1))), np.roll(events["surface"], -1)
-            t, x = events["t"].copy(), events["x"].copy()
-            if not forced:
-                t -= t[0]  # time is what the first node makes it
-        modes = letters.astype(np.int32) @ 3 ** np.arange(letters.shape[1], dtype=np.int32)
-        until, surface = np.array(ends, dtype=np.int32), surfaces.astype(np.int32)
-        return Cycle(modes, until, surface, t, x, turns, period, p)
 
-    def at(self, sys: System, params: Params) -> Cycle:
-        """Give the same nodes for other parameter values, at the same phases."""
-        forcing = sys.period(params)
-        period = self.period if forcing is None else self.turns * forcing
-        p = np.array(list(params.values()), dtype=np.float64)
-        stretched = self.t * (period / self.period)
-        nodes = (self.mode, self.until, self.surface, stretched, self.x)
-        return Cycle(*nodes, self.turns, period, p)
-
-    def as_tuple(self) -> tuple[Any, ...]:
-        """Argument of the core."""
-        nodes = (self.mode, self.until, self.surface, self.t, self.x)
-        return (*nodes, self.turns, self.period, self.p)
+def cycle_at(cycle: _core.CycleColumns, sys: System, params: Params) -> _core.CycleColumns:
+    """Give the same nodes for other parameter values, at the same phases."""
+    forcing = sys.period(params)
+    period = cycle.period if forcing is None else cycle.turns.astype(np.float64) * forcing
+    return _core.CycleColumns(
+        mode=cycle.mode,
+        until=cycle.until,
+        surface=cycle.surface,
+        t=cycle.t * (period / cycle.period),
+        x=cycle.x,
+        turns=cycle.turns,
+        period=period,
+        p=np.array([list(params.values())], dtype=np.float64),
+    )
 
 
 def _until(event: np.void) -> int:
@@ -109,7 +114,9 @@ def _letters(modes: NDArray[np.int8]) -> list[str]:
     return ["".join(_CHARACTERS[side] for side in mode) for mode in modes.T.tolist()]
 
 
-def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str], NDArray[np.intp]]:
+def node_events(
+    sys: System, cycles: _core.CycleColumns
+) -> tuple[Record, list[str], NDArray[np.intp]]:
     """Event logs of cycles, one after the other, from the start of each on.
 
     Returns
@@ -121,14 +128,14 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
     rank : array, shape (n_nodes,)
         Where each node of the core went, counted from the first event of its cycle.
     """
-    size = columns["size"]
+    size = cycles.size
     point = np.repeat(np.arange(size.size), size)
     first = np.cumsum(size) - size
     index = np.arange(point.size)
     before = np.where(index == first[point], first[point] + size[point] - 1, index - 1)
-    mode, until = columns["mode"], columns["until"]
-    period = columns["period"][point]
-    t = columns["t"] - columns["t_start"][point]
+    mode, until = cycles.mode, cycles.until
+    period = cycles.period[point]
+    t = cycles.t - cycles.t_start[point]
     t = np.where(t < 0, t + period, t)
     t = np.where(t >= period, t - period, t)
     order = np.lexsort((t, point))
@@ -148,9 +155,9 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
     log["t"] = t
     log["phase"] = np.nan
     if "period" in sys.capabilities:
-        forcing = (columns["period"] / columns["turns"])[point]
+        forcing = (cycles.period / cycles.turns)[point]
         log["phase"] = 2 * np.pi * (t / forcing % 1)
-    surface = columns["surface"][before]
+    surface = cycles.surface[before]
     sides = modes_of(mode, sys.surfaces)
     slides = np.zeros(mode.size, np.bool_)
     if sys.surfaces:
@@ -161,8 +168,8 @@ def node_events(sys: System, columns: _core._Cycles) -> tuple[Record, list[str],
     log["surface"] = surface
     log["kind"] = _KINDS[np.where(changes, until[before], SURFACE)]
     log["kind"][changes & (until[before] == SURFACE) & slides] = "enter_sliding"
-    log["x"] = columns["x"]
-    log["s"] = columns["s"]
+    log["x"] = cycles.x
+    log["s"] = cycles.s
     return log[order][changes[order]], words, rank
 
 

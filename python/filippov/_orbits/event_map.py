@@ -176,8 +176,8 @@ class EventMap(Stored):
             np.ascontiguousarray(boundary, dtype=np.int32).reshape(-1),
             np.ascontiguousarray(phase).reshape(-1),
         )
-        ended(out["raised"])
-        return out["value"], out["value_boundary"]
+        ended(out.raised)
+        return out.samples.value, out.samples.value_boundary
 
     def plot(
         self,
@@ -318,36 +318,47 @@ def event_map(
             show,
         )
     graph = _event_map(run, iterate, sys, values, settings)
-    ended(run["raised"], event_map=graph)
+    ended(run.raised, event_map=graph)
     return graph
 
 
 def _event_map(
-    run: _core._Graph, iterate: int, sys: System, params: Params, settings: MapSettings
+    run: _core.MapGraphResult, iterate: int, sys: System, params: Params, settings: MapSettings
 ) -> EventMap:
-    s = run["samples"]
+    s = run.samples
     reasons = [Status(name) for name in _core.status_names()]
-    reason = tuple(reasons[code] for code in s["status"].tolist())
+    reason = tuple(reasons[code] for code in s.status.tolist())
     points = tuple(
-        FixedPoint(**point | {"x": tuple(point["x"])})
-        for point in sorted(run["points"], key=lambda point: (point["boundary"], point["phase"]))
+        FixedPoint(
+            phase=point.phase,
+            boundary=point.boundary,
+            slope=point.slope,
+            stable=point.stable,
+            iterate=point.iterate,
+            prime=point.prime,
+            turns=point.turns,
+            tangent=point.tangent,
+            t=point.t,
+            x=tuple(point.x),
+        )
+        for point in sorted(run.points, key=lambda point: (point.boundary, point.phase))
     )
     return EventMap(
         iterate=iterate,
-        phase=s["phase"],
-        boundary=s["boundary"],
-        value=s["value"],
-        value_boundary=s["value_boundary"],
-        slope=s["slope"],
-        turns=s["turns"],
-        true_exit=s["true_exit"].astype(np.bool_),
-        word=tuple(s["word"]),
+        phase=s.phase,
+        boundary=s.boundary,
+        value=s.value,
+        value_boundary=s.value_boundary,
+        slope=s.slope,
+        turns=s.turns,
+        true_exit=s.true_exit.astype(np.bool_),
+        word=tuple(s.word),
         defined=np.array([each == Status.ok for each in reason], dtype=np.bool_),
         reason=reason,
         breakpoints=_breakpoints(run),
-        status=Status(run["status"]),
-        message=run["message"],
-        evaluations=run["evaluations"],
+        status=Status(run.status),
+        message=run.message,
+        evaluations=run.evaluations,
         system=sys,
         params=params,
         _points=points,
@@ -355,16 +366,16 @@ def _event_map(
     )
 
 
-def _breakpoints(run: _core._Graph) -> Record:
-    left, right = run["left"], run["right"]
-    breaks = np.empty(len(run["jump"]), dtype=_BREAK)
-    breaks["boundary"] = left["boundary"]
-    breaks["phase"] = (left["phase"] + right["phase"]) / 2
-    breaks["jump"] = run["jump"]
+def _breakpoints(run: _core.MapGraphResult) -> Record:
+    left, right, jump = run.left, run.right, run.jump
+    breaks = np.empty(len(jump), dtype=_BREAK)
+    breaks["boundary"] = left.boundary
+    breaks["phase"] = (left.phase + right.phase) / 2
+    breaks["jump"] = jump
     for name, side in (("left", left), ("right", right)):
-        breaks[name] = side["value"]
-        breaks[f"{name}_boundary"] = side["value_boundary"]
-        breaks[f"{name}_slope"] = side["slope"]
+        breaks[name] = side.value
+        breaks[f"{name}_boundary"] = side.value_boundary
+        breaks[f"{name}_slope"] = side.slope
     return breaks
 
 

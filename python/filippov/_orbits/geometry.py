@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -120,7 +119,8 @@ def tangencies(
     low, high = box(sys, bounds)
     values = sys._values(params)
     run = _core.tangencies(sys._model, sides, time, low, high, values, seeds_of(seeds))
-    return [tangency(each) for each in _found(run)]
+    ended(run.raised)
+    return [tangency(each) for each in run.found]
 
 
 def equilibria(
@@ -159,7 +159,8 @@ def equilibria(
     number_of_seeds = seeds_of(seeds)
     _autonomous(sys, low, high, values)
     run = _core.equilibria(sys._model, low, high, values, number_of_seeds)
-    return [_equilibrium(each, {}) for each in _found(run)]
+    ended(run.raised)
+    return [_equilibrium(each, {}) for each in run.found]
 
 
 def boundary_equilibria(
@@ -212,7 +213,8 @@ def boundary_equilibria(
     run = _core.boundary_equilibria(
         sys._model, low, high, values, index, start, end, number_of_seeds
     )
-    return [_equilibrium(each, {parameter: each["value"]}) for each in _found(run)]
+    ended(run.raised)
+    return [_equilibrium(each, {parameter: each.value}) for each in run.found]
 
 
 def tangencies_at(sys: System, t: float, x: Floats, params: Floats) -> tuple[Tangency, ...]:
@@ -223,9 +225,18 @@ def tangencies_at(sys: System, t: float, x: Floats, params: Floats) -> tuple[Tan
     )
 
 
-def tangency(record: dict[str, Any]) -> Tangency:
-    """Make the record of the core one of ours."""
-    return Tangency(**record | {"x": tuple(record["x"])})
+def tangency(found: _core.TangencyResult) -> Tangency:
+    """Make a tangency of the core's one of ours."""
+    return Tangency(
+        t=found.t,
+        x=tuple(found.x),
+        side=found.side,
+        visible=found.visible,
+        attracting=found.attracting,
+        second=found.second,
+        other=found.other,
+        drift=found.drift,
+    )
 
 
 def one_surface(sys: System) -> None:
@@ -255,17 +266,21 @@ def seeds_of(seeds: int) -> int:
     return result
 
 
-def _equilibrium(record: dict[str, Any], param: dict[str, float]) -> Equilibrium:
-    content = {name: value for name, value in record.items() if name != "value"}
-    content["x"], content["eigenvalues"] = tuple(record["x"]), tuple(record["eigenvalues"])
-    return Equilibrium(**content, param=param)
+def _equilibrium(found: _core.EquilibriumResult, param: dict[str, float]) -> Equilibrium:
+    return Equilibrium(
+        kind=found.kind,
+        x=tuple(found.x),
+        side=found.side,
+        s=found.s,
+        real=found.real,
+        stable=found.stable,
+        attracting=found.attracting,
+        eigenvalues=tuple(found.eigenvalues),
+        param=param,
+        encounter=found.encounter,
+    )
 
 
 def _autonomous(sys: System, low: Floats, high: Floats, params: Floats) -> None:
     if _core.depends_on_time(sys._model, low, high, params):
         refuse("sys", sys.name, "expected an autonomous system; this one depends on time")
-
-
-def _found(run: _core._Found) -> list[dict[str, Any]]:
-    ended(run["raised"])
-    return run["found"]

@@ -174,17 +174,17 @@ def lyapunov(
             show,
         )
     result = Lyapunov(
-        exponents=run["exponents"],
-        error=run["error"],
-        window=(run["t_begin"], run["t_end"]),
-        slides=run["slides"],
-        stretches=run["stretches"],
-        skipped=run["skipped"],
-        x=run["x"],
-        status=Status(run["status"]),
-        message=run["message"],
+        exponents=run.exponents,
+        error=run.error,
+        window=(run.t_begin, run.t_end),
+        slides=run.slides,
+        stretches=run.stretches,
+        skipped=run.skipped,
+        x=run.x,
+        status=Status(run.status),
+        message=run.message,
         system=sys,
         params=values,
     )
-    ended(run["raised"], lyapunov=result)
+    ended(run.raised, lyapunov=result)
     return result

@@ -297,25 +297,21 @@ class _Task:
         model = self.system._model
         return model, self.t0, self.x0, values, active, self.told, self.iterate
 
-    def result(self, run: _core._Mapped) -> Mapped:
+    def result(self, run: _core.MappedColumns) -> Mapped:
         """Shape what the core gives: without the axis of starts if there was one."""
-        ended(run["raised"])
-
-        slopes = run["param_slope"]
-        columns: dict[str, Any] = {
-            "x": run["x"],
-            "t": run["t"],
-            "slope": run["slope"],
-            "slides": run["slides"],
-            "singular": run["singular"].astype(np.bool_),
-            "word": tuple(run["word"]),
-            "status": tuple(Status(name) for name in run["status"]),
-            "message": tuple(run["message"]),
-        }
+        ended(run.raised)
+        slopes = run.param_slope
         by_name = {name: slopes[:, :, k] for k, name in enumerate(self.wrt)}
         return Mapped(
-            **{name: self._shaped(column) for name, column in columns.items()},
+            x=self._shaped(run.x),
+            t=self._shaped(run.t),
+            slope=self._shaped(run.slope),
             param_slope={name: self._shaped(column) for name, column in by_name.items()},
+            word=self._shaped(tuple(run.word)),
+            slides=self._shaped(run.slides),
+            singular=self._shaped(run.singular.astype(np.bool_)),
+            status=self._shaped(tuple(Status(name) for name in run.status)),
+            message=self._shaped(tuple(run.message)),
             system=self.system,
             params=self.params,
         )

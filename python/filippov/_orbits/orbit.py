@@ -33,7 +33,14 @@ from filippov._support.status import Status
 from filippov._support.types import Floats, Record
 from filippov._system.system import Params, System
 
-from .cycle import Cycle, node_events, verify_columns, verify_nodes, without_point
+from .cycle import (
+    cycle_at,
+    cycle_of,
+    node_events,
+    verify_columns,
+    verify_nodes,
+    without_point,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -231,11 +238,11 @@ class Orbit(Stored):
             sizes = np.delete(sizes, np.argmin(np.abs(sizes - 1)))  # the one along the orbit
         return sizes.size > 0 and bool(abs(sizes[-1] - 1) <= 1e3 * self.rtol)
 
-    def _cycle(self) -> Cycle:
+    def _cycle(self) -> _core.CycleColumns:
         """Give the word and the nodes, as the core takes them."""
         if not self.success:
             refuse("orbit.status", str(self.status), f"expected an orbit; {self.message}")
-        return Cycle.of(
+        return cycle_of(
             self.word,
             self.events,
             (self.t0, self.x0),
@@ -332,43 +339,43 @@ def periodic_orbit(
     elif isinstance(guess, Orbit):
         if turns not in (None, guess.turns):
             refuse("turns", turns, f"expected None: the guess has {guess.turns}")
-        cycle = guess._cycle().at(sys, values)
-        found = _core.solve_orbit(sys._model, cycle.as_tuple(), told)
+        cycle = cycle_at(guess._cycle(), sys, values)
+        found = _core.solve_orbit(sys._model, cycle, told)
     else:
         t0, state, times = _near(sys, guess, values, turns)
         found = _core.orbit_near(sys._model, p, t0, state, times, limit, told)
     orbit = orbit_from(sys, found, values, told)
-    ended(found["raised"], orbit=orbit)
+    ended(found.raised, orbit=orbit)
     if raises and not orbit.success:
         raise OrbitError(orbit)
     return orbit
 
 
 def orbit_from(
-    sys: System, found: _core._Orbit, params: Mapping[str, float], told: _core.RunSettings
+    sys: System, found: _core.OrbitResult, params: Mapping[str, float], told: _core.RunSettings
 ) -> Orbit:
     """Build an orbit from what the core gave; `params` are those that were asked for."""
-    status = Status(found["status"])
-    events, words, _ = node_events(sys, found)
-    values = dict(zip(sys.params, found["p"][0].tolist(), strict=True)) if words else params
+    status, cycles = Status(found.status), found.cycles
+    events, words, _ = node_events(sys, cycles)
+    values = dict(zip(sys.params, cycles.p[0].tolist(), strict=True)) if words else params
     known, dim = status is Status.ok, sys.dim
     nothing = np.full(dim, np.nan)
     return Orbit(
         word=words[0] if words else "",
-        period=float(found["period"][0]) if known else np.nan,
-        turns=int(found["turns"][0]) if known else 0,
-        stable=found["stable"],
-        multipliers=found["multipliers"] if known else nothing.astype(np.complex128),
-        monodromy=found["monodromy"] if known else np.full((dim, dim), np.nan),
+        period=float(cycles.period[0]) if known else np.nan,
+        turns=int(cycles.turns[0]) if known else 0,
+        stable=found.stable,
+        multipliers=found.multipliers if known else nothing.astype(np.complex128),
+        monodromy=found.monodromy if known else np.full((dim, dim), np.nan),
         t0=0.0,
-        x0=found["x_start"][0] if known else nothing,
+        x0=cycles.x_start[0] if known else nothing,
         events=without_point(events),
         params=Params(values),
         system=sys,
         status=status,
-        message="" if known else found["message"],
-        residual=found["residual"],
-        iterations=found["iterations"],
+        message="" if known else found.message,
+        residual=found.residual,
+        iterations=found.iterations,
         rtol=told.rtol,
         atol=told.atol[0],
     )

@@ -157,24 +157,24 @@ def sliding_boundaries(
     run = _core.sliding_boundaries(
         sys._model, low, high, sys._values(values), steps, seeds_of(seeds)
     )
-    ended(run["raised"])
-    return [_boundary(each, sys, values) for each in run["found"]]
+    ended(run.raised)
+    return [_boundary(each, sys, values) for each in run.found]
 
 
-def _boundary(record: dict[str, Any], sys: System, params: Params) -> SlidingBoundary:
-    period = sys.period(params)
-    side = record["side"]
+def _boundary(found: _core.SlidingBoundaryColumns, sys: System, params: Params) -> SlidingBoundary:
+    period = sys.period(params) or np.nan
+    side = found.side
     return SlidingBoundary(
         side=side,
-        t=record["t"],
-        phase=2 * np.pi * record["t"] / period,
-        x=record["x"].T,
-        drift=record["drift"],
-        visible=side * record["second"] > 0,
-        attracting=side * record["other"] > 0,
-        tangential=tuple(tangency(each) for each in record["tangential"]),
-        status=Status(record["status"]),
-        message=record["message"],
+        t=found.t,
+        phase=2 * np.pi * found.t / period,
+        x=found.x.T,
+        drift=found.drift,
+        visible=side * found.second > 0,
+        attracting=side * found.other > 0,
+        tangential=tuple(tangency(each) for each in found.tangential),
+        status=Status(found.status),
+        message=found.message,
         system=sys,
         params=params,
     )

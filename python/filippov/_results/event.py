@@ -86,11 +86,11 @@ def log_dtype(dim: int, surfaces: int) -> np.dtype[Any]:
     )
 
 
-def event_log(columns: Mapping[str, np.ndarray[Any, Any]], dim: int, surfaces: int) -> Record:
+def event_log(columns: _core.EventColumns, dim: int, surfaces: int) -> Record:
     """Structured array of events from its columns."""
-    log = np.empty(len(columns["t"]), log_dtype(dim, surfaces))
+    log = np.empty(len(columns.t), log_dtype(dim, surfaces))
     for name in log.dtype.names or ():
-        column = columns[name]
+        column = getattr(columns, name)
         if name == "kind":
             log[name] = _KINDS[column]
         elif name.startswith("mode") and surfaces == 1:

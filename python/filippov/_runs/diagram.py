@@ -317,7 +317,7 @@ def bifurcation_diagram(
     if threads is not None:
         threads = integer("threads", threads)
     with shown(progress, "value") as show:
-        columns = _core.diagram(
+        found = _core.diagram(
             sys._model,
             start,
             rows,
@@ -334,20 +334,20 @@ def bifurcation_diagram(
             show,
         )
     diagram = Diagram(
-        value=columns["value"],
-        period=columns["period"],
-        t_local=columns["t_local"],
-        y=np.ascontiguousarray(columns["y"].T),
-        kind=np.array(KIND_NAMES)[columns["kind"]],
-        surface=columns["surface"],
-        boundary=columns["boundary"],
+        value=found.value,
+        period=found.period,
+        t_local=found.t_local,
+        y=np.ascontiguousarray(found.y.T),
+        kind=np.array(KIND_NAMES)[found.kind],
+        surface=found.surface,
+        boundary=found.boundary,
         values=values,
-        status=np.array(columns["status"]),
-        message=tuple(columns["message"]),
-        forcing=columns["forcing"],
-        cycle=columns["cycle"],
-        skipped=columns["skipped"],
-        y_end=np.ascontiguousarray(columns["y_end"].T),
+        status=np.array(found.status),
+        message=tuple(found.message),
+        forcing=found.forcing,
+        cycle=found.cycle,
+        skipped=found.skipped,
+        y_end=np.ascontiguousarray(found.y_end.T),
         system=sys,
         state=sys.state,
         parameter=parameter,
@@ -358,9 +358,9 @@ def bifurcation_diagram(
         x0=start,
         chains=chains if follow else 0,
         settings=settings,
-        stats=Stats(**columns["counters"]),
+        stats=Stats(**found.counters),
     )
-    ended(columns["raised"], diagram=diagram)
+    ended(found.raised, diagram=diagram)
     return diagram
 
 

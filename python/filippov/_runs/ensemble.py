@@ -342,7 +342,7 @@ class EnsembleWork:
         del first
         require_level(self.sys, self.level)
         given = self.shared | inputs
-        columns: Mapping[str, Any] = _core.ensemble(
+        found = _core.ensemble(
             lanes_of(self.sys),
             count,
             given["x0"],
@@ -354,9 +354,17 @@ class EnsembleWork:
             self.threads,
             show,
         )
-        names = {"y": "x", "n_events": "events", "n_slides": "slides"}
-        renamed = {name: columns[theirs] for name, theirs in names.items()}
-        return {**columns, **renamed, **columns["counters"]}
+        return {
+            "y": found.x,
+            "t": found.t,
+            "status": found.status,
+            "mode": found.mode,
+            "n_events": found.events,
+            "n_slides": found.slides,
+            "slide_time": found.slide_time,
+            **found.counters,
+            "raised": found.raised,
+        }
 
 
 def fingerprint(arrays: Arrays) -> str:

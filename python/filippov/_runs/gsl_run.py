@@ -145,11 +145,11 @@ def gsl_run(
         integer("max_steps", max_steps, most=MOST),
     )
     return GslRun(
-        t=run["t"],
-        y=np.asarray(run["y"]),
-        status=Status(run["status"]),
-        message=run["message"],
-        n_steps=run["n_steps"],
-        nfev=run["nfev"],
-        njev=run["njev"],
+        t=run.t,
+        y=np.asarray(run.y),
+        status=Status(run.status),
+        message=run.message,
+        n_steps=run.n_steps,
+        nfev=run.nfev,
+        njev=run.njev,
     )

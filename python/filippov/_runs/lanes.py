@@ -55,10 +55,10 @@ def _module(level: str) -> Any:  # noqa: ANN401 - compiled
     return load(_path(level))
 
 
-_made: WeakKeyDictionary[_core.Model, Any] = WeakKeyDictionary()
+_made: WeakKeyDictionary[_core.Model, object] = WeakKeyDictionary()
 
 
-def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule
+def lanes_of(sys: System) -> object:
     """Give what `_core` runs ensembles of a system with."""
     model = sys._model
     if model not in _made:
@@ -66,7 +66,7 @@ def lanes_of(sys: System) -> Any:  # noqa: ANN401 - an opaque capsule
     return _made[model]
 
 
-def _lanes(model: _core.Model, module: Any) -> Any:  # noqa: ANN401 - compiled, and a capsule
+def _lanes(model: _core.Model, module: Any) -> object:  # noqa: ANN401 - compiled
     scalar, tapes = _core.scalar(model), _core.tapes(model)
     if tapes is None:
         return module.lanes(model.name, scalar)

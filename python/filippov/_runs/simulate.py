@@ -225,7 +225,7 @@ def simulate(
     n_watched = None if events is None else len(watched)
     found = [_trajectory(sys, run, run_params, settings, n_watched) for run in runs]
     result = Branches(tuple(found), complete) if branches else found[0]
-    ended(runs[-1]["raised"], trajectory=result)
+    ended(runs[-1].raised, trajectory=result)
     for trajectory in found:
         if raises and not trajectory.success:
             raise SimulationError(trajectory)
@@ -233,9 +233,9 @@ def simulate(
 
 
 def _trajectory(
-    sys: System, run: _core._Run, params: Params, settings: Settings, n_watched: int | None
+    sys: System, run: _core.Run, params: Params, settings: Settings, n_watched: int | None
 ) -> Trajectory:
-    log = event_log(run["events"], sys.dim, sys.surfaces)
+    log = event_log(run.events, sys.dim, sys.surfaces)
     t_events: tuple[Floats, ...] | None = None
     y_events: tuple[Floats, ...] | None = None
     if n_watched is not None:
@@ -244,16 +244,16 @@ def _trajectory(
         t_events = tuple(each["t"].copy() for each in mine)
         y_events = tuple(each["x_right"].copy() for each in mine)
     return Trajectory(
-        t=run["t"],
-        y=run["y"].T,
-        sol=None if run["solution"] is None else Solution(run["solution"], sys),
+        t=run.t,
+        y=run.y.T,
+        sol=None if run.solution is None else Solution(run.solution, sys),
         t_events=t_events,
         y_events=y_events,
-        status=Status(run["status"]),
-        message=run["message"] + advice(sys, settings.method, run["status"]),
+        status=Status(run.status),
+        message=run.message + advice(sys, settings.method, run.status),
         events=log,
-        mode=run["mode"][:, 0] if sys.surfaces == 1 else run["mode"].T,
-        stats=Stats(**run["counters"]),
+        mode=run.mode[:, 0] if sys.surfaces == 1 else run.mode.T,
+        stats=Stats(**run.counters),
         system=sys,
         params=params,
         settings=settings,

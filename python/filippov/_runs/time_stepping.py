@@ -181,15 +181,15 @@ def time_stepping(
         keep,
     )
     result = TimeSteps(
-        t=run["t"],
-        y=np.ascontiguousarray(run["y"].T),
-        s=np.ascontiguousarray(run["s"].T),
-        n_steps=run["n_steps"],
-        newtons=run["newtons"],
-        status=Status(run["status"]),
-        message=run["message"],
+        t=run.t,
+        y=np.ascontiguousarray(run.y.T),
+        s=np.ascontiguousarray(run.s.T),
+        n_steps=run.n_steps,
+        newtons=run.newtons,
+        status=Status(run.status),
+        message=run.message,
         system=sys,
         params=values,
     )
-    ended(run["raised"], steps=result)
+    ended(run.raised, steps=result)
     return result

@@ -68,8 +68,8 @@ class Definition:
             )
         except ValueError as error:
             raise DefinitionError(self._by_names(str(error))) from None
-        full = replace(self, graph=found["graph"], h=found["h"], region=found["region"])
-        return found["model"], full
+        full = replace(self, graph=found.graph, h=found.h, region=found.region)
+        return found.model, full
 
     def _by_names(self, message: str) -> str:
         """Name the surface of which a message of the core speaks, and the remedy."""

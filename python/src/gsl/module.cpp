@@ -66,9 +66,17 @@ gsl::Method method_of(const std::string& wanted) {
 
 using Numbers = std::vector<double>;
 
+/// The end of a run.
+struct GslEnd {
+    std::string status, message;
+    double t = 0;
+    Numbers y;
+    long long n_steps = 0, nfev = 0, njev = 0;
+};
+
 template <int N>
-py::dict run_of(const TapesPointer& tapes, gsl::Method method, const Numbers& given,
-                const Numbers& start, double t0, double t_end, const gsl::Settings& settings) {
+GslEnd run_of(const TapesPointer& tapes, gsl::Method method, const Numbers& given,
+              const Numbers& start, double t0, double t_end, const gsl::Settings& settings) {
     const OneField<N> system(tapes);
     const auto p = all_params<double>(system.tapes(), given);
     const Vec<double, N> x0 = Eigen::Map<const Vec<double, N>>(start.data());
@@ -77,20 +85,18 @@ py::dict run_of(const TapesPointer& tapes, gsl::Method method, const Numbers& gi
         const py::gil_scoped_release unlocked;
         r = gsl::run(method, system, p, x0, t0, t_end, settings);
     }
-    py::dict result;
-    result["status"] = std::string(name(r.status));
-    result["message"] = r.message();
-    result["t"] = r.t;
-    result["y"] = Numbers(r.x.begin(), r.x.end());
-    result["n_steps"] = r.steps;
-    result["nfev"] = r.field;
-    result["njev"] = r.jacobians;
-    return result;
+    return {.status = std::string(name(r.status)),
+            .message = r.message(),
+            .t = r.t,
+            .y = Numbers(r.x.begin(), r.x.end()),
+            .n_steps = r.steps,
+            .nfev = r.field,
+            .njev = r.jacobians};
 }
 
-py::dict run(const py::capsule& capsule, const std::string& method, const Numbers& given,
-             const Numbers& start, double t0, double t_end, double rtol, double atol,
-             double first_step, long long max_steps) {
+GslEnd run(const py::capsule& capsule, const std::string& method, const Numbers& given,
+           const Numbers& start, double t0, double t_end, double rtol, double atol,
+           double first_step, long long max_steps) {
     const auto* tapes =
         static_cast<const TapesPointer*>(PyCapsule_GetPointer(capsule.ptr(), tapes_capsule));
     if (tapes == nullptr)
@@ -113,6 +119,14 @@ PYBIND11_MODULE(_gsl, m, py::mod_gil_not_used()) {
         names.push_back(name);
     m.attr("methods") = py::tuple(py::cast(names));
     m.attr("seam") = seam();
+    py::class_<GslEnd>(m, "GslEnd")
+        .def_readonly("status", &GslEnd::status)
+        .def_readonly("message", &GslEnd::message)
+        .def_readonly("t", &GslEnd::t)
+        .def_readonly("y", &GslEnd::y)
+        .def_readonly("n_steps", &GslEnd::n_steps)
+        .def_readonly("nfev", &GslEnd::nfev)
+        .def_readonly("njev", &GslEnd::njev);
     m.def("run", &run);
 }
 
