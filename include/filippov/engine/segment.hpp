@@ -182,12 +182,13 @@ public:
     /// Goes straight to x, a time dt later: past events that accumulate there.
     void leap(const S& dt, const X& x) {
         remaining_ = place_.clock.until(end_);
-        StraightPath<S, N> path{dt, place_.x, x};
+        StraightPath<S, N> path(dt, place_.x, x);
         accept(path);
         have_k0_ = false;
     }
 
 private:
+    using Path = TriedPath<S, N>;
     using Attempt = TrialPath<Sys, S>; ///< a step of the method
 
     static S abs_(const S& v) {
@@ -205,7 +206,7 @@ private:
             clock.advance(dt);
     }
     /// Takes the step along a path: observer, state, clock.
-    template <class Path> FILIPPOV_INLINE void accept(Path& path) {
+    FILIPPOV_INLINE void accept(filippov::Path<S, N>& path) {
         if (observer_.step) {
             Clock<S> next = place_.clock;
             move(next, path.dt);
@@ -226,7 +227,6 @@ private:
     /// True if another guard's event came before the one that a path ends on, as the end shows or
     /// the interpolant of the whole step did: it is tried again, no longer than to here. (Two at
     /// one time differ by the rounding of the landing.)
-    template <class Path>
     FILIPPOV_COLD bool comes_too_late(const Path& path, const Found<S>& found, const S& full) {
         const bool shorter = abs_(path.dt) < S(0.9) * abs_(full);
         const S part = shorter ? S(1e4) * epsilon<S> : S(0.01);
@@ -240,21 +240,18 @@ private:
     }
     /// True if a step errs more than the tolerance after it was shortened: that of the whole one
     /// was small by chance.
-    template <class Path> FILIPPOV_COLD bool errs_more(const Path& path, const S& full) {
-        if constexpr (Path::by_method) {
-            if (path.dt == full || place_.settings.fixed_step > S(0))
-                return false;
-            const S error = steps_.squared_error(place_, path.dt, path.x1);
-            if (error <= S(4) || !(abs_(path.dt) > S(16) * place_.resolution()))
-                return false;
-            ++counters_.rejected;
-            again_ = path.dt * S(control_.after_reject(static_cast<double>(error)));
-            return true;
-        }
-        return false;
+    FILIPPOV_COLD bool errs_more(const Path& path, const S& full) {
+        if (!path.kind.by_method || path.dt == full || place_.settings.fixed_step > S(0))
+            return false;
+        const S error = steps_.squared_error(place_, path.dt, path.x1);
+        if (error <= S(4) || !(abs_(path.dt) > S(16) * place_.resolution()))
+            return false;
+        ++counters_.rejected;
+        again_ = path.dt * S(control_.after_reject(static_cast<double>(error)));
+        return true;
     }
     /// Shortens the step so that it ends on the event, and takes it.
-    template <class Path> FILIPPOV_COLD Stop land(Path& path, const Found<S>& found) {
+    FILIPPOV_COLD Stop land(Path& path, const Found<S>& found) {
         const Target target(place_, watch_, found);
         const S full = path.dt;
         // Rounding of a guard that has not left a higher root yet is no root of it.
@@ -403,8 +400,8 @@ private:
     }
     /// The surface that has run away from a slide within a few ulp of the time, and was followed by
     /// more than ten tolerances; -1: none.
-    template <class Path> int carried_off(const Path& path) const {
-        if (!path.slides || prescribed_ || place_.settings.fixed_step > S(0) ||
+    int carried_off(const Path& path) const {
+        if (place_.mode.sliding() == 0 || prescribed_ || place_.settings.fixed_step > S(0) ||
             !(abs_(path.dt) <= few_ulp * place_.resolution()))
             return -1;
         return place_.norm(X(path.x1 - alone(path.dt))) > S(10) ? sliding_surface(place_.mode) : -1;
@@ -723,12 +720,12 @@ private:
             watch_.go_on();
         }
     }
-    template <class Path> Found<S> first_event(Path& path, bool fixed, std::uint64_t missed = 0) {
+    Found<S> first_event(Path& path, bool fixed, std::uint64_t missed = 0) {
         ++counters_.root_searches;
         return watch_.first_event(path, fixed || blurred_ >= most_blurred, missed);
     }
     /// Lands on what was found first, or, where no step has that root, on what comes after it.
-    template <class Path> FILIPPOV_COLD Stop land_on_first(Path& path, Found<S> found, bool fixed) {
+    FILIPPOV_COLD Stop land_on_first(Path& path, Found<S> found, bool fixed) {
         Stop stop = land(path, found);
         for (std::uint64_t missed = 0; stop.missed;) {
             missed |= std::uint64_t(1) << found.guard;
@@ -742,14 +739,14 @@ private:
 
     /// Windows of a slide that the system knows in closed form.
     Stop run_closed_form() {
-        using Path = ClosedFormPath<Sys, S>;
-        watch_.probe_at(Path::times);
+        using Window = ClosedFormPath<Sys, S>;
+        watch_.probe_at(Window::times);
         have_k0_ = false;
         const S period = place_.clock.period;
         S longest = period > S(0) ? period / S(2) : std::numeric_limits<S>::infinity();
-        if constexpr (Path::vouched)
+        if constexpr (Window::vouched)
             longest = place_.sys.slide_swing(place_.p);
-        S window = Path::vouched || period > S(0) ? longest / S(4) : abs_(dt_);
+        S window = Window::vouched || period > S(0) ? longest / S(4) : abs_(dt_);
         for (;;) {
             remaining_ = place_.clock.until(end_);
             if (!(forward() * remaining_ > S(0)))
@@ -759,14 +756,14 @@ private:
             window = std::max(std::min({window, longest, place_.settings.max_step}),
                               place_.resolution());
             const bool last = window >= abs_(remaining_);
-            Path path{place_, last ? remaining_ : forward() * window, X(place_.x)};
+            Window path(place_, last ? remaining_ : S(forward() * window));
             window_ = abs_(path.dt);
             path.probe(watch_);
-            watch_.see(Path::times);
+            watch_.see(Window::times);
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
             Found<S> found;
-            watch_.look(path, !Path::vouched, elapsed_);
+            watch_.look(path, !Window::vouched, elapsed_);
             if (!place_.settings.skip_root_search || watch_.any_doubt()) {
                 found = first_event(path, false);
                 if (found.blurred) {

@@ -13,18 +13,19 @@ public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
+    using Path = TriedPath<S, N>;
 
     Target(const Place<Sys, S>& place, const Guards& guards, const Found<S>& found)
         : at_(place), guards_(guards), found_(found) {}
 
     /// Positive if the path ends before the event.
-    template <class Path> S residual(const Path& path) const {
+    S residual(const Path& path) const {
         const S t = at_.clock.local + path.dt;
         return found_.touch ? S(at_.direction) * minus_slope(t, path.x1, path.end_field())
                             : guards_.value_of(found_, t, path.x1);
     }
     /// Derivative of the residual by time, on the interpolant.
-    template <class Path> S slope(Path& path) const {
+    S slope(Path& path) const {
         const S step = found_.touch ? S(1e-3) : S(1e-4);
         const S ahead = found_.pole < 0 ? step : S(0); // (behind the root is the pole)
         const S u = std::min(found_.theta + ahead, S(1)), v = std::max(found_.theta - step, S(0));
@@ -58,7 +59,7 @@ public:
     /// True if the end of the path is on the surface met but for the tolerance and the resolution
     /// of time: what lies farther off is not to be moved there. The end of a slide is at |s| = 1,
     /// unless s jumps; a section, or a force of contact, is zero beside what it was in the step.
-    template <class Path> bool reached(const Path& path) const {
+    bool reached(const Path& path) const {
         using std::abs;
         const S t = at_.clock.local + path.dt;
         if (ends_slide() && !is_kind(at_.sys, surface(), SurfaceKind::jump)) // (a push has no unit)
@@ -80,7 +81,7 @@ public:
     /// Puts the landed state on the surface that was met (not after a touch, nor where h jumped)
     /// and on the one slid on.
     /// @param t  where the clock will be then, which may round otherwise than `local + dt`
-    template <class Path> void settle(Path& path, const S& t, bool jumped) const {
+    void settle(Path& path, const S& t, bool jumped) const {
         const bool on_surface = meets_surface() && !found_.touch && !jumped;
         const X x = path.x1;
         if (on_surface) {
@@ -95,13 +96,13 @@ public:
     /// its second half, explain less than a millionth of the change of h, and no part of the
     /// gradient is what it was. (At a tangency a curved surface is met by motion along it, and its
     /// gradient is there. A step that began at a pole of h shows less than its second half.)
-    template <class Path> bool degenerate(Path& path) const {
+    bool degenerate(Path& path) const {
         return meets_surface() && !found_.jumps && flat_since(path, S(0), at_.x) &&
                flat_since(path, S(0.5), path(S(0.5)));
     }
 
 private:
-    template <class Path> bool flat_since(const Path& path, const S& theta, const X& x) const {
+    bool flat_since(const Path& path, const S& theta, const X& x) const {
         using std::abs;
         const S t0 = at_.clock.local + theta * path.dt, t1 = at_.clock.local + path.dt;
         const X now = grad_h(at_.sys, surface(), t1, path.x1, at_.p);

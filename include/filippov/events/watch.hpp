@@ -5,6 +5,7 @@
 #include <filippov/events/guards.hpp>
 #include <filippov/events/roots.hpp>
 #include <filippov/run/event.hpp>
+#include <filippov/run/path.hpp>
 #include <filippov/run/place.hpp>
 
 #include <algorithm>
@@ -35,6 +36,7 @@ public:
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     using X = State<Sys, S>;
+    using Path = TriedPath<S, N>;
     using Watched = AnySections<S, N, params_v<Sys>>;
     static constexpr int n_guards = 3 * M + Watched::capacity;
 
@@ -210,7 +212,7 @@ public:
     /// of the time since the mode began fits between them.
     /// @param unjudged  of the step's length the error estimate told nothing
     /// @param elapsed   since the mode began
-    template <class Path> FILIPPOV_INLINE void look(Path& path, bool unjudged, const S& elapsed) {
+    FILIPPOV_INLINE void look(Path& path, bool unjudged, const S& elapsed) {
         if (any_pace_) [[unlikely]]
             see_pace(path, unjudged, elapsed);
     }
@@ -230,7 +232,7 @@ public:
     }
     /// By how much the next step may be longer, or has to be shorter, for the sake of guards with a
     /// pace of their own: it is not longer than what the mode has shown so far.
-    template <class Path> FILIPPOV_INLINE S growth(Path& path) {
+    FILIPPOV_INLINE S growth(Path& path) {
         return any_pace_ ? growth_by_pace(path) : std::numeric_limits<S>::infinity();
     }
     bool starts_on_root() const {
@@ -244,7 +246,7 @@ public:
         return g < Guard<M>::first_section && trace(g).order > 1;
     }
     /// True if it does, and the path is too short to leave that root by more than rounding.
-    template <class Path> bool is_on_higher_root(int g, Path& path) const {
+    bool is_on_higher_root(int g, Path& path) const {
         if (!starts_on_higher_root(g))
             return false;
         const S band = touch_band(g, true), t = at_.clock.local;
@@ -266,7 +268,6 @@ public:
     /// The earliest event of a step among the guards in doubt.
     /// @param patient  it is sought as long as it takes
     /// @param missed   bit g: of guard g the interpolant shows a root that no step has
-    template <class Path>
     FILIPPOV_COLD Found<S> first_event(Path& path, bool patient, std::uint64_t missed) {
         static_assert(n_guards <= 64);
         Found<S> first;
@@ -331,7 +332,6 @@ public:
     /// more than its rounding and this part of its range: its event came before. (The interpolant
     /// of the whole step had placed it behind: an error that is nothing to the state may be much
     /// beside how high a guard gets between two events of its own.)
-    template <class Path>
     FILIPPOV_COLD bool another_came_before(int guard, const Path& path, const S& part) const {
         const S t = at_.clock.local + path.dt;
         for (const int g : active_guards()) {
@@ -360,7 +360,7 @@ public:
     /// between two probes, those show neither. Their numerators have no poles. None at a two-fold,
     /// where they vanish with L1 - L2; and none of a slide on several surfaces, whose guard tells
     /// of attraction and divides nothing.
-    template <class Path> FILIPPOV_COLD Found<S> before_pole(int pole, Path& path) {
+    FILIPPOV_COLD Found<S> before_pole(int pole, Path& path) {
         Found<S> first;
         if (slid_surfaces(at_.mode).n != 1)
             return first;
@@ -389,7 +389,7 @@ public:
 
     /// A guard that is zero to rounding at the end of a step is met there: the next step, or nobody
     /// at the end of the run, would find its root at the start.
-    template <class Path> Found<S> contact_at_end(const Path& path, bool last) const {
+    Found<S> contact_at_end(const Path& path, bool last) const {
         for (const int g : active_guards()) {
             const GuardTrace& w = trace(g);
             if (w.order > 0 || w.sense == S(0))
@@ -494,7 +494,7 @@ private:
 
     // --- guards with a pace of their own -------------------------------------------------------
 
-    template <class Path> FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
+    FILIPPOV_COLD void see_pace(Path& path, bool unjudged, const S& elapsed) {
         bool any = false;
         // (a step that is long beside what the mode has shown so far may hide a bump of an h that
         // is flat elsewhere)
@@ -506,7 +506,7 @@ private:
         if (any)
             look_closely(path, elapsed);
     }
-    template <class Path> FILIPPOV_COLD S growth_by_pace(Path& path) {
+    FILIPPOV_COLD S growth_by_pace(Path& path) {
         S most = std::numeric_limits<S>::infinity();
         for (const int g : active_guards())
             if (trace(g).own_pace)
@@ -514,11 +514,11 @@ private:
         return most;
     }
     /// True of a guard that the steps of a field do not resolve as a matter of course.
-    template <class Path> bool keeps_pace(int g, const Path& path, bool unjudged) {
+    bool keeps_pace(int g, const Path& path, bool unjudged) {
         if (g >= Guard<M>::first_section)
             return true;
         if (at_.mode[g / 3] == 0)
-            return !Path::vouched;
+            return !path.kind.vouched;
         if (declared_linear_)
             return false;
         Surface& surface = surfaces_[idx(g / 3)];
@@ -529,7 +529,7 @@ private:
     /// True of an h that was linear in t and x wherever the run has looked.
     bool looks_linear(int g) const { return off_surface(g) && surfaces_[idx(g / 3)].linear; }
     /// True if h_j changes over a step as its gradient says.
-    template <class Path> bool is_straight(int g, const Path& path) const {
+    bool is_straight(int g, const Path& path) const {
         const Surface& surface = surfaces_[idx(g / 3)];
         const GuardTrace& w = trace(g);
         S linear = surface.rate * path.dt, size = abs_(w.start) + abs_(w.probe[times_->n]);
@@ -561,7 +561,7 @@ private:
                surface.gradient == grad_h(at_.sys, j, t, x, at_.p);
     }
 
-    template <class Path> FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
+    FILIPPOV_COLD void look_closely(Path& path, const S& elapsed) {
         bool more = is_long(path, elapsed);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
@@ -576,10 +576,10 @@ private:
             take_samples(path);
     }
     /// True if a sixteenth of the time since the mode began fits between probes.
-    template <class Path> bool is_long(const Path& path, const S& elapsed) const {
-        return !Path::exact_probes && abs_(path.dt) * times_->widest_gap > elapsed * S(0.0625);
+    bool is_long(const Path& path, const S& elapsed) const {
+        return !path.kind.exact_probes && abs_(path.dt) * times_->widest_gap > elapsed * S(0.0625);
     }
-    template <class Path> FILIPPOV_COLD void take_samples(Path& path) {
+    FILIPPOV_COLD void take_samples(Path& path) {
         sample(path);
         for (const int g : active_guards()) {
             GuardTrace& w = trace(g);
@@ -589,10 +589,10 @@ private:
         }
     }
     /// Samples guards with a pace of their own along a step.
-    template <class Path> void sample(Path& path) {
+    void sample(Path& path) {
         using Times = SampleTimes<S>;
         for (std::size_t k = 1; k <= Times::n; ++k) {
-            if constexpr (Path::exact_probes) {
+            if (path.kind.exact_probes) {
                 for (const int g : active_guards())
                     trace(g).sample[k] = trace(g).probe[k];
                 continue;
@@ -625,7 +625,7 @@ private:
     }
     /// By how much the next step may be longer for the sake of guard g. What is not smooth up
     /// close, as the rounding of what cancels within h, would hold back the steps for nothing.
-    template <class Path> FILIPPOV_COLD S room_of(int g, Path& path) const {
+    FILIPPOV_COLD S room_of(int g, Path& path) const {
         const S room =
             trace(g).sense != S(0) ? trace(g).fit.room() : std::numeric_limits<S>::infinity();
         if (room >= S(1))
@@ -713,7 +713,7 @@ private:
     }
 
     /// The side of a guard that starts exactly on zero: where the step goes.
-    template <class Path, class Raw> void find_sense(int g, const Path& path, const Raw& raw) {
+    template <class Raw> void find_sense(int g, const Path& path, const Raw& raw) {
         trace(g).sense = S(1);
         const S early = raw(S(1e-3)), late = raw(S(1));
         if (early < S(0) || (early == S(0) && late < S(0)))
@@ -735,8 +735,7 @@ private:
     }
 
     /// The first root or touch of guard g, `raw` along the path.
-    template <class Path, class Raw>
-    Found<S> event_of(int g, Path& path, const Raw& raw, bool patient) {
+    template <class Raw> Found<S> event_of(int g, Path& path, const Raw& raw, bool patient) {
         const ProbeTimes<S>& times = *times_;
         GuardTrace& w = trace(g);
         if (const std::size_t k = w.own_pace ? 0 : w.falls_through(times))
@@ -783,7 +782,7 @@ private:
     static constexpr std::size_t n_near_root = 6;
     using Samples = std::array<KnownValue<S>, n_near_root + SampleTimes<S>::n - 1>;
     /// The samples that a search has to begin with: those of a guard that is not quite a cubic.
-    template <class Path, class Raw, class Value>
+    template <class Raw, class Value>
     KnownValues<S> known_values(Path& path, int g, const Raw& raw, const Value& value,
                                 Samples& samples) {
         using Times = SampleTimes<S>;

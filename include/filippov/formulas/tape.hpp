@@ -384,4 +384,20 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
     }
 }
 
+#if defined(FILIPPOV_COMPILED)
+// Of series of plain numbers, which systems of every size ask for.
+extern template void Tape::interpret(Taylor<double, 1>*, const Taylor<double, 1>&,
+                                     const Taylor<double, 1>*, const Taylor<double, 1>*,
+                                     Taylor<double, 1>*) const;
+extern template void Tape::interpret(Taylor<double, 2>*, const Taylor<double, 2>&,
+                                     const Taylor<double, 2>*, const Taylor<double, 2>*,
+                                     Taylor<double, 2>*) const;
+extern template void Tape::interpret(Taylor<double, 4>*, const Taylor<double, 4>&,
+                                     const Taylor<double, 4>*, const Taylor<double, 4>*,
+                                     Taylor<double, 4>*) const;
+extern template void Tape::interpret(Taylor<double, 9>*, const Taylor<double, 9>&,
+                                     const Taylor<double, 9>*, const Taylor<double, 9>*,
+                                     Taylor<double, 9>*) const;
+#endif
+
 } // namespace filippov

@@ -4,9 +4,9 @@
 #pragma once
 
 #include <filippov/core/dual.hpp>
+#include <filippov/core/growth_rates.hpp>
 #include <filippov/methods/runge_kutta.hpp>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -221,11 +221,11 @@ private:
                 const S root = square > S(0) ? S(sqrt(square)) : S(0);
                 include(mean + root);
                 include(mean - root);
-            } else if (J.allFinite()) {
-                const Eigen::EigenSolver<Mat<S, N, N>> solver(J, false);
-                if (solver.info() == Eigen::Success)
-                    for (int i = 0; i < N; ++i)
-                        include(solver.eigenvalues()[i].real());
+            } else {
+                constexpr int most = std::max(N, most_growth_rates);
+                const GrowthRates rates = growth_rates<most>(J.template cast<double>());
+                rate_forwards = S(rates.forwards);
+                rate_backwards = S(rates.backwards);
             }
         }
     };

@@ -56,10 +56,9 @@ template <class Sys, class Tableau> class ErasedSystem final : public AnySystem 
     static constexpr int N = dim_v<Sys>;
     static constexpr int M = surfaces_v<Sys>;
     static constexpr int P = params_v<Sys>;
-    /// Directions of the duals: of a flow (x, a, b), of a point (x, t, a, b). Those of a flow's
-    /// times are known without.
-    static constexpr int flow_directions = N + 2;
-    static constexpr int point_directions = N + 3;
+    /// Directions of the duals: (x, a, b). Those of a flow's times are known without; that of a
+    /// point's time is asked for by itself, which costs less than another width to compile.
+    static constexpr int directions = N + 2;
     using X = Vec<double, N>;
 
 public:
@@ -114,19 +113,17 @@ public:
 
     Jet rate(int mode, double t, const Vector& x, const Vector& p,
              const Directions& along) const override {
-        return with_scalar<point_directions>(along, [&]<class D>(const D*) {
-            const Vec<D, N> f =
-                field_of(mode)(time_of<D>(t, along), state_of<D>(x, along), params_of<D>(p, along));
-            return jet(f, along);
-        });
+        return jet_at(t, x, p, along,
+                      [&]<class D>(const D& time, const Vec<D, N>& y, const Vec<D, P>& q) {
+                          return Vec<D, N>(field_of(mode)(time, y, q));
+                      });
     }
     Jet quantity(const Quantity& q, double t, const Vector& x, const Vector& p,
                  const Directions& along) const override {
-        return with_scalar<point_directions>(along, [&]<class D>(const D*) {
-            const auto value =
-                quantity_of(q, time_of<D>(t, along), state_of<D>(x, along), params_of<D>(p, along));
-            return jet(Vec<D, 1>(value), along);
-        });
+        return jet_at(t, x, p, along,
+                      [&]<class D>(const D& time, const Vec<D, N>& y, const Vec<D, P>& r) {
+                          return Vec<D, 1>(quantity_of(q, time, y, r));
+                      });
     }
 
     Jet arc(int mode, double t0, const Vector& x, double t1, const Vector& p,
@@ -135,7 +132,7 @@ public:
             return nowhere();
         auto settings = settings_;
         settings.max_steps = std::min(settings.max_steps, most_arc_steps);
-        return with_scalar<flow_directions>(along, [&]<class D>(const D*) {
+        return with_scalar(along, [&]<class D>(const D*) {
             const auto r = segment<Tableau>(sys_, params_of<D>(p, along), mode_with(mode),
                                             state_of<D>(x, along), moving<D>(t0, n_, along),
                                             moving<D>(t1, n_ + 1, along), settings, interrupted_);
@@ -205,7 +202,7 @@ public:
     }
 
     Journey journey(const Leg& leg, const Vector& p, const Directions& along) const override {
-        using D = Dual<double, flow_directions>;
+        using D = Dual<double, directions>;
         Journey journey;
         Traveller traveller{*this, leg, journey};
         KnownStart<M> known;
@@ -297,23 +294,26 @@ private:
         const int terms = terms_of_rise(plain, order, std::abs(t1 - t0));
         if (along.v != nullptr || terms == 0)
             return std::nullopt;
-        using D = Dual<double, point_directions>;
-        const auto c = lie_derivatives<rise_order>(field_of(side), h_of(0), time_of<D>(t0, along),
-                                                   state_of<D>(x, along), params_of<D>(p, along));
         // the sum over k >= order of c_k tau^(k - order)/k!, and its derivative
-        D sum(0.0);
-        double slope = 0, power = 1, power_before = 0, factorial = 1;
-        for (int k = 1; k <= terms; ++k) {
-            factorial *= k;
-            if (k < order)
-                continue;
-            const D& term = c[std::size_t(k - 1)];
-            sum += term * (power / factorial);
-            slope += term.v * ((k - order) * power_before / factorial);
-            power_before = power;
-            power *= t1 - t0;
-        }
-        Jet result = jet(Vec<D, 1>(sum), along);
+        double slope = 0;
+        const auto sum_of = [&]<class D>(const D& time, const Vec<D, N>& y, const Vec<D, P>& q) {
+            const auto c = lie_derivatives<rise_order>(field_of(side), h_of(0), time, y, q);
+            D sum(0.0);
+            slope = 0;
+            double power = 1, power_before = 0, factorial = 1;
+            for (int k = 1; k <= terms; ++k) {
+                factorial *= k;
+                if (k < order)
+                    continue;
+                const D& term = c[std::size_t(k - 1)];
+                sum += term * (power / factorial);
+                slope += term.v * ((k - order) * power_before / factorial);
+                power_before = power;
+                power *= t1 - t0;
+            }
+            return Vec<D, 1>(sum);
+        };
+        Jet result = jet_of<Dual<double, directions>>(t0, x, p, along, sum_of);
         result.slope(0, n_) -= slope;
         result.slope(0, n_ + 1) = slope;
         return result;
@@ -371,9 +371,9 @@ private:
             return S((q.side < 0 ? m.below : m.above) + (filippov::s_max(sys_, r) - S(1)));
         };
         const bool is_h = q.kind == Quantity::Kind::h;
-        // Curves of folds and flips, which want second derivatives, have conditions of order 1;
-        // orbits of several surfaces have conditions of order 0.
-        constexpr int highest = !single_v<Sys> ? 0 : nesting_v<D> == 2 ? 1 : 3;
+        // Curves of folds and flips, which want second derivatives, have conditions of order 1, as
+        // minima have, which want none; orbits of several surfaces have conditions of order 0.
+        constexpr int highest = !single_v<Sys> ? 0 : nesting_v<D> == 1 ? 3 : 1;
         if (q.order > highest)
             throw std::logic_error("filippov: no derivatives of this quantity");
         if constexpr (highest > 0)
@@ -388,22 +388,40 @@ private:
 
     // --- seeds and jets ------------------------------------------------------------------------
 
-    template <int Count, class Use> Jet with_scalar(const Directions& along, Use use) const {
+    template <class Use> Jet with_scalar(const Directions& along, Use use) const {
         if (along.v != nullptr && along.v->size() != n_ + 4)
             refuse("along.v.size()", along.v->size(), "expected dim + 4 entries");
         if (along.v == nullptr)
-            return use(static_cast<const Dual<double, Count>*>(nullptr));
+            return use(static_cast<const Dual<double, directions>*>(nullptr));
         if constexpr (single_v<Sys>)
-            return use(static_cast<const Dual<Dual<double, 1>, Count>*>(nullptr));
+            return use(static_cast<const Dual<Dual<double, 1>, directions>*>(nullptr));
         else
             throw std::logic_error("filippov: second derivatives are for one surface");
     }
+    /// A function f(t, x, p) at a point with derivatives; t0 is its time.
+    template <class F>
+    Jet jet_at(double t, const Vector& x, const Vector& p, const Directions& along,
+               const F& f) const {
+        return with_scalar(along, [&]<class D>(const D*) { return jet_of<D>(t, x, p, along, f); });
+    }
+    /// By its time alone, which is direction 0 of a dual then; and by all else.
+    template <class D, class F>
+    Jet jet_of(double t, const Vector& x, const Vector& p, const Directions& along,
+               const F& f) const {
+        D later = moving<D>(t, n_, along);
+        later.d[0] = 1.0;
+        const auto by_time = f(later, state_of<D>(x, along, false), params_of<D>(p, along, false));
+        Jet result =
+            jet(f(moving<D>(t, n_, along), state_of<D>(x, along), params_of<D>(p, along)), along);
+        for (Eigen::Index r = 0; r < result.value.size(); ++r)
+            set_slope(result, r, n_, by_time[r].d[0]);
+        return result;
+    }
     /// The column of a jet that direction i of a dual belongs to; -1: none.
-    template <class D> int column(int i) const {
-        constexpr bool has_time = std::tuple_size_v<decltype(D::d)> == point_directions;
+    int column(int i) const {
         if (i < N)
             return i < n_ ? i : -1;
-        return i - N + n_ + (has_time ? i > N : 2);
+        return i - N + n_ + 2;
     }
     /// A value that only moves along v, of which it is component i.
     template <class D> static D moving(double value, int i, const Directions& along) {
@@ -414,7 +432,7 @@ private:
     }
     /// Direction i.
     template <class D> D variable(double value, int i, const Directions& along) const {
-        D x = moving<D>(value, column<D>(i), along);
+        D x = moving<D>(value, column(i), along);
         x.d[std::size_t(i)] = 1.0;
         return x;
     }
@@ -456,9 +474,6 @@ private:
     double local(double t, const Vector& p) const {
         return Clock<double>::at(t, filippov::period(sys_, values_of(p))).local;
     }
-    template <class D> D time_of(double t, const Directions& along) const {
-        return variable<D>(t, N, along);
-    }
     X point(const Vector& x) const { return padded<N>(of_dim(x), n_); }
     /// The components that there are.
     Vector cut(const X& x) const {
@@ -466,24 +481,26 @@ private:
         std::copy_n(x.data(), n_, given.data());
         return given;
     }
-    template <class D> Vec<D, N> state_of(const Vector& x, const Directions& along) const {
+    /// @param varies  in directions of its own; else along v alone
+    template <class D>
+    Vec<D, N> state_of(const Vector& x, const Directions& along, bool varies = true) const {
         of_dim(x);
         Vec<D, N> y = Vec<D, N>::Constant(D(0.0));
         for (int i = 0; i < n_; ++i)
-            y[i] = variable<D>(x[i], i, along);
+            y[i] = varies ? variable<D>(x[i], i, along) : moving<D>(x[i], i, along);
         return y;
     }
-    template <class D> Vec<D, P> params_of(const Vector& p, const Directions& along) const {
-        constexpr int first = int(std::tuple_size_v<decltype(D::d)>) - 2;
+    template <class D>
+    Vec<D, P> params_of(const Vector& p, const Directions& along, bool varies = true) const {
         std::vector<D> q(sized(p).begin(), p.end());
         for (int k = 0; k < 2; ++k)
             if (const int i = moving_parameter(along, k); i >= 0)
-                q[std::size_t(i)] = variable<D>(p[i], first + k, along);
+                q[std::size_t(i)] = varies ? variable<D>(p[i], N + k, along)
+                                           : moving<D>(p[i], column(N + k), along);
         return all_params<D>(sys_, q);
     }
     /// Of a number, a state, or a state and what follows it.
     template <class D, int R> Jet jet(const Vec<D, R>& value, const Directions& along) const {
-        constexpr int count = int(std::tuple_size_v<decltype(D::d)>);
         const int rows = R < N ? R : R - N + n_;
         Jet result;
         result.value.resize(rows);
@@ -492,17 +509,19 @@ private:
             result.bend = Matrix::Zero(rows, n_ + 4);
         for (int r = 0; r < rows; ++r) {
             result.value[r] = value_of(value[r]);
-            for (int i = 0; i < count; ++i) {
-                const auto& d = value[r].d[std::size_t(i)];
-                const int c = column<D>(i);
-                if (c < 0)
-                    continue;
-                result.slope(r, c) = value_of(d);
-                if constexpr (nesting_v<D> == 2)
-                    result.bend(r, c) = d.d[0];
-            }
+            for (int i = 0; i < directions; ++i)
+                if (const int c = column(i); c >= 0)
+                    set_slope(result, r, c, value[r].d[std::size_t(i)]);
         }
         return result;
+    }
+    /// A derivative, which may have one along v.
+    static void set_slope(Jet& jet, Eigen::Index row, int column, double d) {
+        jet.slope(row, column) = d;
+    }
+    static void set_slope(Jet& jet, Eigen::Index row, int column, const Dual<double, 1>& d) {
+        jet.slope(row, column) = d.v;
+        jet.bend(row, column) = d.d[0];
     }
 
     // --- the times of a flow -------------------------------------------------------------------

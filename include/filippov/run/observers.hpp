@@ -2,9 +2,9 @@
 // What is heard of a run. What nobody asks for is neither computed nor stored.
 #pragma once
 
-#include <filippov/methods/runge_kutta.hpp>
 #include <filippov/run/clock.hpp>
 #include <filippov/run/event.hpp>
+#include <filippov/run/path.hpp>
 #include <filippov/run/settings.hpp>
 #include <filippov/sliding/mode.hpp>
 
@@ -28,30 +28,18 @@ template <class S, int N, int M> struct StepView {
     const Mode<M>& mode;
 };
 
-/// The path of a step, called through pointers.
+/// The path of a step as an observer sees it.
 template <class S, int N> class StepPath {
 public:
-    template <class Path>
-    explicit StepPath(Path& path)
-        : path_(&path), call_([](void* object, const S& theta) -> Vec<S, N> {
-              return (*static_cast<Path*>(object))(theta);
-          }),
-          store_([](void* object, Kept& kept) { static_cast<Path*>(object)->store(kept); }) {}
-    Vec<S, N> operator()(const S& theta) const { return call_(path_, theta); }
+    explicit StepPath(Path<S, N>& path) : path_(path) {}
+    Vec<S, N> operator()(const S& theta) const { return path_(theta); }
     /// Leaves in a DensePiece what is needed to evaluate the step later.
     template <class Piece> void store(Piece& piece) const {
-        Kept kept{piece.polynomial, piece.closed_form};
-        store_(path_, kept);
+        path_.store({piece.polynomial, piece.closed_form});
     }
 
 private:
-    struct Kept {
-        Interpolant<S, N, 8>& polynomial;
-        bool& closed_form;
-    };
-    void* path_;
-    Vec<S, N> (*call_)(void*, const S&);
-    void (*store_)(void*, Kept&);
+    Path<S, N>& path_;
 };
 
 /// What a run tells and asks: a set of functions, each of which may be empty,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filippov/engine/detail/steps.hpp>
+#include <filippov/run/path.hpp>
 #include <filippov/run/place.hpp>
 #include <filippov/run/report.hpp>
 
@@ -12,21 +13,18 @@
 namespace filippov {
 
 /// A step over [clock, clock + dt] by the method, its interpolant built when first asked for.
-template <class Sys, class S> struct TrialPath {
+template <class Sys, class S> struct TrialPath final : TriedPath<S, dim_v<Sys>> {
     static constexpr int N = dim_v<Sys>;
     using X = State<Sys, S>;
     using Guards = Watch<Sys, S>;
-    static constexpr bool by_method = true;
-    static constexpr bool exact_probes = false; ///< stages are crude
-    static constexpr bool vouched = false;
+    using TriedPath<S, N>::dt;
+    using TriedPath<S, N>::x1;
 
     const Place<Sys, S>& at; ///< where the step starts
     Guards& guards;
     Steps<Sys, S>& steps;
     Counters& counters;
     bool slides;
-    S dt;
-    X x1;
     Judged<S> judged; ///< as it was tried
     S moved = S(0);   ///< how far the end was nudged from that of the stages
     bool built = false;
@@ -36,13 +34,13 @@ template <class Sys, class S> struct TrialPath {
     /// Takes the step.
     FILIPPOV_INLINE TrialPath(const Place<Sys, S>& place, Guards& probed, Steps<Sys, S>& method,
                               Counters& all, const S& step)
-        : at(place), guards(probed), steps(method), counters(all),
-          slides(place.mode.sliding() > 0) {
+        : TriedPath<S, N>({.by_method = true, .exact_probes = false, .vouched = false}), at(place),
+          guards(probed), steps(method), counters(all), slides(place.mode.sliding() > 0) {
         take(step, true);
     }
 
-    /// Takes the step again, with another length, and puts its end on the surface.
-    FILIPPOV_COLD void shorten(const S& step) {
+    /// Its end is put on the surface.
+    FILIPPOV_COLD void shorten(const S& step) override {
         take(step, false);
         put_end_on_surface();
     }
@@ -62,7 +60,7 @@ template <class Sys, class S> struct TrialPath {
         });
         judged = steps.judge(at, guards, dt, x1);
     }
-    X operator()(const S& theta) {
+    X operator()(const S& theta) override {
         build();
         return on_surface(polynomial.at(theta, terms), S(at.clock.local + theta * dt));
     }
@@ -77,16 +75,14 @@ template <class Sys, class S> struct TrialPath {
         ++counters.field;
         return at.norm(X(dt * field - polynomial.slope(half, terms)), at.scale_of_step(x1, dt));
     }
-    /// Leaves what is needed to evaluate this step later.
-    template <class Piece> void store(Piece& piece) {
+    void store(const StoredPath<S, N>& kept) override {
         build();
         for (auto m = std::size_t(terms); m-- > 0;)
-            piece.polynomial.c[m] = polynomial.c[m];
+            kept.polynomial.c[m] = polynomial.c[m];
     }
-    bool finite() const { return all_finite<S, N>(x1); }
-    const X& end_field() const { return steps.end_field(); }
-    /// Moves the end by a second-order Taylor step, x'' from the stages.
-    void nudge(const S& delta) {
+    X end_field() const override { return steps.end_field(); }
+    /// Of second order, x'' from the stages.
+    FILIPPOV_COLD void nudge(const S& delta) override {
         X& end = steps.end_field();
         for (int i = 0; i < N; ++i) {
             const S bend = dt != S(0) ? (end[i] - steps.start_field()[i]) / dt : S(0);
@@ -97,11 +93,11 @@ template <class Sys, class S> struct TrialPath {
         moved += delta;
         put_end_on_surface();
     }
-    /// Bound on the error of a nudge in units of the tolerance: all of its second-order term.
-    S nudge_error(const S& delta) const {
+    /// All of its second-order term.
+    FILIPPOV_COLD S nudge_error(const S& delta) const override {
         X bend;
         for (int i = 0; i < N; ++i)
-            bend[i] = (end_field()[i] - steps.start_field()[i]) / dt;
+            bend[i] = (steps.end_field()[i] - steps.start_field()[i]) / dt;
         return at.norm(bend) * delta * delta;
     }
 
@@ -162,20 +158,25 @@ private:
 };
 
 /// A window of a slide that the system knows in closed form.
-template <class Sys, class S> struct ClosedFormPath {
+template <class Sys, class S> struct ClosedFormPath final : TriedPath<S, dim_v<Sys>> {
+    static constexpr int N = dim_v<Sys>;
     using X = State<Sys, S>;
+    using TriedPath<S, N>::dt;
+    using TriedPath<S, N>::x1;
     static constexpr bool vouched = HasSlideSwing<Sys, S>; ///< it is no longer than a swing of s
     static constexpr const ProbeTimes<S>& times =
         probe_times<std::conditional_t<vouched, WindowTimes<S>, SampleTimes<S>>, S>;
-    static constexpr bool by_method = false;
-    static constexpr bool slides = true;
-    static constexpr bool exact_probes = !vouched; ///< are samples of the path
 
     const Place<Sys, S>& at; ///< where the window starts
-    S dt;
-    X x1;
 
-    X operator()(const S& theta) const {
+    ClosedFormPath(const Place<Sys, S>& place, const S& window)
+        : TriedPath<S, N>({.by_method = false, .exact_probes = !vouched, .vouched = vouched}),
+          at(place) {
+        dt = window;
+        x1 = place.x;
+    }
+
+    X operator()(const S& theta) override {
         return at.sys.sliding_flow(at.clock.local, at.x, at.p, S(theta * dt));
     }
     /// Probes the guards along the window, up to its end.
@@ -188,34 +189,37 @@ template <class Sys, class S> struct ClosedFormPath {
             guards.probe_sections(k, t, x1);
         }
     }
-    template <class Piece> void store(Piece& piece) const { piece.closed_form = true; }
-    bool finite() const { return all_finite<S, dim_v<Sys>>(x1); }
-    X end_field() const { return at.field(S(at.clock.local + dt), x1); }
-    void shorten(const S& d) {
+    void store(const StoredPath<S, N>& kept) override { kept.closed_form = true; }
+    X end_field() const override { return at.field(S(at.clock.local + dt), x1); }
+    void shorten(const S& d) override {
         dt = d;
         x1 = (*this)(S(1));
     }
-    void nudge(const S& delta) { shorten(dt + delta); }
+    void nudge(const S& delta) override { shorten(dt + delta); }
     /// Evaluating again is as cheap.
-    S nudge_error(const S&) const { return std::numeric_limits<S>::infinity(); }
+    S nudge_error(const S&) const override { return std::numeric_limits<S>::infinity(); }
 };
 
 /// Straight from one state to another.
-template <class S, int N> struct StraightPath {
+template <class S, int N> struct StraightPath final : Path<S, N> {
     using X = Vec<S, N>;
+    using Path<S, N>::x1;
 
-    S dt;
-    X x0, x1;
+    X x0;
 
-    X operator()(const S& theta) const {
+    StraightPath(const S& step, const X& from, const X& to) : x0(from) {
+        this->dt = step;
+        x1 = to;
+    }
+    X operator()(const S& theta) override {
         X x;
         for (int i = 0; i < N; ++i)
             x[i] = x0[i] + theta * (x1[i] - x0[i]);
         return x;
     }
-    template <class Piece> void store(Piece& piece) const {
-        piece.polynomial.c[0] = x0;
-        piece.polynomial.c[1] = x1 - x0;
+    void store(const StoredPath<S, N>& kept) override {
+        kept.polynomial.c[0] = x0;
+        kept.polynomial.c[1] = x1 - x0;
     }
 };
 
