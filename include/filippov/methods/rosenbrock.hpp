@@ -158,17 +158,18 @@ private:
         State x;
         Slopes<S, N> slopes;
 
-        S bound = S(0); ///< of all growth, per unit of time: a norm of the Jacobian
+        /// Of all growth, per unit of time: the ends of the discs of Gershgorin that the
+        /// eigenvalues lie in.
+        S most_forwards = S(0), most_backwards = S(0);
         S rate_forwards = S(0), rate_backwards = S(0); ///< the fastest, once it is asked for
         bool known = false;
 
         static constexpr S nowhere = std::numeric_limits<S>::quiet_NaN();
         void forget() { t = nowhere; }
         /// How long a step is against the fastest growth; beyond 1 it is too long. Eigenvalues are
-        /// looked for only if the norm does not tell.
+        /// looked for only if their discs do not tell.
         S growth(const S& dt) {
-            using std::abs;
-            const S at_most = abs(dt) * bound / S(longest);
+            const S at_most = (dt > S(0) ? dt * most_forwards : -dt * most_backwards) / S(longest);
             if (!(at_most > S(1)))
                 return at_most;
             if (!known)
@@ -195,7 +196,7 @@ private:
             for (int i = 0; i < N; ++i)
                 for (int j = 0; j < N; ++j)
                     slopes.by_x(i, j) *= slopes.size[j] / slopes.size[i];
-            bound = slopes.by_x.cwiseAbs().rowwise().sum().maxCoeff();
+            find_bounds();
             known = false;
         }
         static S power_of_two(const S& size) {
@@ -203,6 +204,17 @@ private:
             using std::ldexp;
             return size > S(0) && size <= std::numeric_limits<S>::max() ? ldexp(S(1), ilogb(size))
                                                                         : S(1);
+        }
+        void find_bounds() {
+            using std::abs;
+            most_forwards = most_backwards = -std::numeric_limits<S>::infinity();
+            for (int i = 0; i < N; ++i) {
+                S radius(0);
+                for (int j = 0; j < N; ++j)
+                    radius += j == i ? S(0) : S(abs(slopes.by_x(i, j)));
+                most_forwards = std::max(most_forwards, S(slopes.by_x(i, i) + radius));
+                most_backwards = std::max(most_backwards, S(radius - slopes.by_x(i, i)));
+            }
         }
         /// The largest real parts of the eigenvalues of J and of -J.
         void find_rates() {
