@@ -454,11 +454,11 @@ template <int W> struct Lanes {
             [](const auto& x) { return Register::of_bits(Register::bits(x) & 0x7fffffffffffffff); },
             a.v));
     }
-    /// a b + c, rounded once where the machine can do that as fast as twice.
     FILIPPOV_INLINE friend Lanes ulp(const Lanes& t) {
         return max(Lanes(epsilon<double>) * abs(t), Lanes(std::numeric_limits<double>::min()));
     }
     FILIPPOV_INLINE friend Lanes ratio(const Lanes& a, double b) { return a * Lanes(1 / b); }
+    /// a b + c, rounded once where the machine can do that as fast as twice.
     FILIPPOV_INLINE friend Lanes fused(const Lanes& a, const Lanes& b, const Lanes& c) {
         return Lanes(detail::in_registers<Array>(
             [](const auto& x, const auto& y, const auto& z) { return Register::fused(x, y, z); },

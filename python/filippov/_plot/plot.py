@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of trajectories. matplotlib is imported here and nowhere else."""
+"""Pictures of trajectories; matplotlib is imported when one is drawn."""
 
 from __future__ import annotations
 
