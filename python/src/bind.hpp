@@ -69,6 +69,14 @@ template <class Enum> std::vector<std::string> names_of(Enum last) {
     return names;
 }
 
+/// The struct in an instance that is whole, else null. (Without a lock: the collector asks.)
+template <class T> T* held_by(PyObject* self) {
+    const auto* instance = reinterpret_cast<py::detail::instance*>(self);
+    return instance->simple_layout && instance->simple_holder_constructed
+               ? static_cast<T*>(instance->simple_value_holder[0])
+               : nullptr;
+}
+
 /// Shows the garbage collector what a result holds: an exception, whose frames hold the result.
 template <class T> py::custom_type_setup collected() {
     return py::custom_type_setup([](PyHeapTypeObject* heap) {
@@ -76,33 +84,47 @@ template <class T> py::custom_type_setup collected() {
         type.tp_flags |= Py_TPFLAGS_HAVE_GC;
         type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
             Py_VISIT(Py_TYPE(self));
-            if (py::detail::is_holder_constructed(self))
-                Py_VISIT(py::cast<T&>(py::handle(self)).raised.ptr());
+            if (const T* result = held_by<T>(self))
+                Py_VISIT(result->raised.ptr());
             return 0;
         };
         type.tp_clear = [](PyObject* self) {
-            if (py::detail::is_holder_constructed(self))
-                py::cast<T&>(py::handle(self)).raised = py::none();
+            if (T* result = held_by<T>(self))
+                result->raised = py::none();
             return 0;
         };
     });
 }
 
 /// A struct of settings or results; a keyword that is none of its fields is an AttributeError.
-template <class T> py::class_<T> bind_struct(py::module_& m, const char* name) {
+template <class T> class BoundStruct : public py::class_<T> {
+public:
+    using py::class_<T>::class_;
+
+    /// A field by its value: a result that is taken out of another stands alone.
+    template <class Base, class V> BoundStruct& field(const char* name, V Base::* member) {
+        this->def_property(
+            name, [member](const T& self) { return self.*member; },
+            [member](T& self, V value) { self.*member = std::move(value); });
+        return *this;
+    }
+};
+template <class T> BoundStruct<T> bind_struct(py::module_& m, const char* name) {
     const auto bound = [&] {
         if constexpr (requires(T& t) { t.raised; })
-            return py::class_<T>(m, name, collected<T>());
+            return BoundStruct<T>(m, name, collected<T>());
         else
-            return py::class_<T>(m, name);
+            return BoundStruct<T>(m, name);
     };
-    return bound().def(py::init([](const py::kwargs& fields) {
+    BoundStruct<T> result = bound();
+    result.def(py::init([](const py::kwargs& fields) {
         auto made = std::make_unique<T>();
         const py::object self = py::cast(made.get(), py::return_value_policy::reference);
         for (const auto& [field, value] : fields)
             py::setattr(self, field, value);
         return made;
     }));
+    return result;
 }
 
 /// Asks Python for signals, at most every 50 ms, and at once if there is one for sure.

@@ -271,17 +271,17 @@ private:
 
 void bind_results(py::module_& m) {
     bind_struct<StrobeCycleColumns>(m, "StrobeCycleColumns")
-        .def_readwrite("points", &StrobeCycleColumns::points)
-        .def_readwrite("multipliers", &StrobeCycleColumns::multipliers)
-        .def_readwrite("residual", &StrobeCycleColumns::residual);
+        .field("points", &StrobeCycleColumns::points)
+        .field("multipliers", &StrobeCycleColumns::multipliers)
+        .field("residual", &StrobeCycleColumns::residual);
     using State = std::tuple<bool, Doubles, Complexes, double, double, Doubles>;
     bind_struct<AttractorColumns>(m, "AttractorColumns")
-        .def_readwrite("periodic", &AttractorColumns::periodic)
-        .def_readwrite("points", &AttractorColumns::points)
-        .def_readwrite("multipliers", &AttractorColumns::multipliers)
-        .def_readwrite("residual", &AttractorColumns::residual)
-        .def_readwrite("radius", &AttractorColumns::radius)
-        .def_readwrite("norms", &AttractorColumns::norms)
+        .field("periodic", &AttractorColumns::periodic)
+        .field("points", &AttractorColumns::points)
+        .field("multipliers", &AttractorColumns::multipliers)
+        .field("residual", &AttractorColumns::residual)
+        .field("radius", &AttractorColumns::radius)
+        .field("norms", &AttractorColumns::norms)
         .def(py::pickle(
             [](const AttractorColumns& a) {
                 return State(a.periodic, a.points, a.multipliers, a.residual, a.radius, a.norms);
@@ -296,102 +296,102 @@ void bind_results(py::module_& m) {
                                         .norms = norms};
             }));
     bind_struct<MappedCellsColumns>(m, "MappedCellsColumns")
-        .def_readwrite("image", &MappedCellsColumns::image)
-        .def_readwrite("state", &MappedCellsColumns::state)
-        .def_readwrite("status", &MappedCellsColumns::status)
-        .def_readwrite("counters", &MappedCellsColumns::counters)
-        .def_readwrite("raised", &MappedCellsColumns::raised);
+        .field("image", &MappedCellsColumns::image)
+        .field("state", &MappedCellsColumns::state)
+        .field("status", &MappedCellsColumns::status)
+        .field("counters", &MappedCellsColumns::counters)
+        .field("raised", &MappedCellsColumns::raised);
     bind_struct<LimitSetsResult>(m, "LimitSetsResult")
-        .def_readwrite("plain", &LimitSetsResult::plain)
-        .def_readwrite("attractors", &LimitSetsResult::attractors)
-        .def_readwrite("saddles", &LimitSetsResult::saddles)
-        .def_readwrite("raised", &LimitSetsResult::raised);
+        .field("plain", &LimitSetsResult::plain)
+        .field("attractors", &LimitSetsResult::attractors)
+        .field("saddles", &LimitSetsResult::saddles)
+        .field("raised", &LimitSetsResult::raised);
     bind_struct<CellLabelsColumns>(m, "CellLabelsColumns")
-        .def_readwrite("label", &CellLabelsColumns::label)
-        .def_readwrite("time", &CellLabelsColumns::time)
-        .def_readwrite("status", &CellLabelsColumns::status)
-        .def_readwrite("periods", &CellLabelsColumns::periods)
-        .def_readwrite("looked_up", &CellLabelsColumns::looked_up)
-        .def_readwrite("counters", &CellLabelsColumns::counters)
-        .def_readwrite("raised", &CellLabelsColumns::raised);
+        .field("label", &CellLabelsColumns::label)
+        .field("time", &CellLabelsColumns::time)
+        .field("status", &CellLabelsColumns::status)
+        .field("periods", &CellLabelsColumns::periods)
+        .field("looked_up", &CellLabelsColumns::looked_up)
+        .field("counters", &CellLabelsColumns::counters)
+        .field("raised", &CellLabelsColumns::raised);
     bind_struct<GroupCheck>(m, "GroupCheck")
-        .def_readwrite("group", &GroupCheck::group)
-        .def_readwrite("attractor", &GroupCheck::attractor)
-        .def_readwrite("cells", &GroupCheck::cells);
+        .field("group", &GroupCheck::group)
+        .field("attractor", &GroupCheck::attractor)
+        .field("cells", &GroupCheck::cells);
     bind_struct<BasinChecks>(m, "BasinChecks")
-        .def_readwrite("confusion", &BasinChecks::confusion)
-        .def_readwrite("by_exit", &BasinChecks::by_exit)
-        .def_readwrite("by_exit_reason", &BasinChecks::by_exit_reason)
-        .def_readwrite("audited", &BasinChecks::audited)
-        .def_readwrite("disagreements", &BasinChecks::disagreements)
-        .def_readwrite("raised", &BasinChecks::raised);
+        .field("confusion", &BasinChecks::confusion)
+        .field("by_exit", &BasinChecks::by_exit)
+        .field("by_exit_reason", &BasinChecks::by_exit_reason)
+        .field("audited", &BasinChecks::audited)
+        .field("disagreements", &BasinChecks::disagreements)
+        .field("raised", &BasinChecks::raised);
     bind_struct<PointLabels>(m, "PointLabels")
-        .def_readwrite("label", &PointLabels::label)
-        .def_readwrite("time", &PointLabels::time)
-        .def_readwrite("raised", &PointLabels::raised);
+        .field("label", &PointLabels::label)
+        .field("time", &PointLabels::time)
+        .field("raised", &PointLabels::raised);
     bind_struct<PairCount>(m, "PairCount")
-        .def_readwrite("epsilon", &PairCount::epsilon)
-        .def_readwrite("uncertain", &PairCount::uncertain)
-        .def_readwrite("trials", &PairCount::trials)
-        .def_readwrite("unresolved", &PairCount::unresolved);
+        .field("epsilon", &PairCount::epsilon)
+        .field("uncertain", &PairCount::uncertain)
+        .field("trials", &PairCount::trials)
+        .field("unresolved", &PairCount::unresolved);
     bind_struct<PairCounts>(m, "PairCounts")
-        .def_readwrite("counts", &PairCounts::counts)
-        .def_readwrite("raised", &PairCounts::raised);
+        .field("counts", &PairCounts::counts)
+        .field("raised", &PairCounts::raised);
     bind_struct<BoundaryDimension>(m, "BoundaryDimension")
-        .def_readwrite("value", &BoundaryDimension::value)
-        .def_readwrite("error", &BoundaryDimension::error)
-        .def_readwrite("levels", &BoundaryDimension::levels);
+        .field("value", &BoundaryDimension::value)
+        .field("error", &BoundaryDimension::error)
+        .field("levels", &BoundaryDimension::levels);
     bind_struct<Audit>(m, "Audit")
-        .def_readwrite("points", &Audit::points)
-        .def_readwrite("wrong", &Audit::wrong)
-        .def_readwrite("share", &Audit::share)
-        .def_readwrite("bound", &Audit::bound);
+        .field("points", &Audit::points)
+        .field("wrong", &Audit::wrong)
+        .field("share", &Audit::share)
+        .field("bound", &Audit::bound);
     bind_struct<RefinedColumns>(m, "RefinedColumns")
-        .def_readwrite("squares", &RefinedColumns::squares)
-        .def_readwrite("label", &RefinedColumns::label)
-        .def_readwrite("time", &RefinedColumns::time)
-        .def_readwrite("counts", &RefinedColumns::counts)
-        .def_readwrite("trajectories", &RefinedColumns::trajectories)
-        .def_readwrite("dimension", &RefinedColumns::dimension)
-        .def_readwrite("audit", &RefinedColumns::audit)
-        .def_readwrite("status", &RefinedColumns::status)
-        .def_readwrite("message", &RefinedColumns::message)
-        .def_readwrite("raised", &RefinedColumns::raised);
+        .field("squares", &RefinedColumns::squares)
+        .field("label", &RefinedColumns::label)
+        .field("time", &RefinedColumns::time)
+        .field("counts", &RefinedColumns::counts)
+        .field("trajectories", &RefinedColumns::trajectories)
+        .field("dimension", &RefinedColumns::dimension)
+        .field("audit", &RefinedColumns::audit)
+        .field("status", &RefinedColumns::status)
+        .field("message", &RefinedColumns::message)
+        .field("raised", &RefinedColumns::raised);
 }
 
 /// Numbers of a picture's labels, shape (rows, columns), or of independent points.
 void bind_numbers(py::module_& m) {
     bind_struct<Fraction>(m, "Fraction")
-        .def_readwrite("label", &Fraction::label)
-        .def_readwrite("value", &Fraction::value)
-        .def_readwrite("low", &Fraction::low)
-        .def_readwrite("high", &Fraction::high)
-        .def_readwrite("count", &Fraction::count);
+        .field("label", &Fraction::label)
+        .field("value", &Fraction::value)
+        .field("low", &Fraction::low)
+        .field("high", &Fraction::high)
+        .field("count", &Fraction::count);
     bind_struct<BasinEntropy>(m, "BasinEntropy")
-        .def_readwrite("mean", &BasinEntropy::mean)
-        .def_readwrite("mean_error", &BasinEntropy::mean_error)
-        .def_readwrite("boundary", &BasinEntropy::boundary)
-        .def_readwrite("boundary_error", &BasinEntropy::boundary_error)
-        .def_readwrite("boxes", &BasinEntropy::boxes)
-        .def_readwrite("boundary_boxes", &BasinEntropy::boundary_boxes)
-        .def_readwrite("unresolved", &BasinEntropy::unresolved)
+        .field("mean", &BasinEntropy::mean)
+        .field("mean_error", &BasinEntropy::mean_error)
+        .field("boundary", &BasinEntropy::boundary)
+        .field("boundary_error", &BasinEntropy::boundary_error)
+        .field("boxes", &BasinEntropy::boxes)
+        .field("boundary_boxes", &BasinEntropy::boundary_boxes)
+        .field("unresolved", &BasinEntropy::unresolved)
         .def("passes_log2_test", &BasinEntropy::passes_log2_test);
     bind_struct<BoxCount>(m, "BoxCount")
-        .def_readwrite("size", &BoxCount::size)
-        .def_readwrite("boxes", &BoxCount::boxes);
+        .field("size", &BoxCount::size)
+        .field("boxes", &BoxCount::boxes);
     bind_struct<BoxDimension>(m, "BoxDimension")
-        .def_readwrite("dimension", &BoxDimension::dimension)
-        .def_readwrite("error", &BoxDimension::error)
-        .def_readwrite("counts", &BoxDimension::counts);
+        .field("dimension", &BoxDimension::dimension)
+        .field("error", &BoxDimension::error)
+        .field("counts", &BoxDimension::counts);
     bind_struct<UncertaintyExponent>(m, "UncertaintyExponent")
-        .def_readwrite("alpha", &UncertaintyExponent::alpha)
-        .def_readwrite("error", &UncertaintyExponent::error)
-        .def_readwrite("dimension", &UncertaintyExponent::dimension)
-        .def_readwrite("log_factor", &UncertaintyExponent::log_factor)
-        .def_readwrite("chi2", &UncertaintyExponent::chi2)
-        .def_readwrite("degrees", &UncertaintyExponent::degrees)
-        .def_readwrite("probability", &UncertaintyExponent::probability)
-        .def_readwrite("left_out", &UncertaintyExponent::left_out);
+        .field("alpha", &UncertaintyExponent::alpha)
+        .field("error", &UncertaintyExponent::error)
+        .field("dimension", &UncertaintyExponent::dimension)
+        .field("log_factor", &UncertaintyExponent::log_factor)
+        .field("chi2", &UncertaintyExponent::chi2)
+        .field("degrees", &UncertaintyExponent::degrees)
+        .field("probability", &UncertaintyExponent::probability)
+        .field("left_out", &UncertaintyExponent::left_out);
     m.def("grid_fractions",
           [](const Array<std::int32_t>& labels) { return grid_fractions(labels_of(labels)); });
     m.def("basin_entropy", [](const Array<std::int32_t>& labels, std::size_t box) {

@@ -168,46 +168,46 @@ UnstableSetResult unstable(PictureOf& picture, const std::vector<AttractorColumn
 
 void bind_boundary(py::module_& m) {
     bind_struct<BoundaryCurveColumns>(m, "BoundaryCurveColumns")
-        .def_readwrite("points", &BoundaryCurveColumns::points)
-        .def_readwrite("left_points", &BoundaryCurveColumns::left_points)
-        .def_readwrite("right_points", &BoundaryCurveColumns::right_points)
-        .def_readwrite("kind", &BoundaryCurveColumns::kind)
-        .def_readwrite("saddle", &BoundaryCurveColumns::saddle)
-        .def_readwrite("periods", &BoundaryCurveColumns::periods)
-        .def_readwrite("approach", &BoundaryCurveColumns::approach)
-        .def_readwrite("left", &BoundaryCurveColumns::left)
-        .def_readwrite("right", &BoundaryCurveColumns::right)
-        .def_readwrite("closed", &BoundaryCurveColumns::closed)
-        .def_readwrite("distance", &BoundaryCurveColumns::distance)
-        .def_readwrite("coarse", &BoundaryCurveColumns::coarse);
+        .field("points", &BoundaryCurveColumns::points)
+        .field("left_points", &BoundaryCurveColumns::left_points)
+        .field("right_points", &BoundaryCurveColumns::right_points)
+        .field("kind", &BoundaryCurveColumns::kind)
+        .field("saddle", &BoundaryCurveColumns::saddle)
+        .field("periods", &BoundaryCurveColumns::periods)
+        .field("approach", &BoundaryCurveColumns::approach)
+        .field("left", &BoundaryCurveColumns::left)
+        .field("right", &BoundaryCurveColumns::right)
+        .field("closed", &BoundaryCurveColumns::closed)
+        .field("distance", &BoundaryCurveColumns::distance)
+        .field("coarse", &BoundaryCurveColumns::coarse);
     bind_struct<BoundaryCorner>(m, "BoundaryCorner")
-        .def_readwrite("at", &BoundaryCorner::at)
-        .def_readwrite("turn", &BoundaryCorner::turn)
-        .def_readwrite("error", &BoundaryCorner::error)
-        .def_readwrite("curve", &BoundaryCorner::curve)
-        .def_readwrite("point", &BoundaryCorner::point);
+        .field("at", &BoundaryCorner::at)
+        .field("turn", &BoundaryCorner::turn)
+        .field("error", &BoundaryCorner::error)
+        .field("curve", &BoundaryCorner::curve)
+        .field("point", &BoundaryCorner::point);
     bind_struct<BasinBoundaryResult>(m, "BasinBoundaryResult")
-        .def_readwrite("curves", &BasinBoundaryResult::curves)
-        .def_readwrite("corners", &BasinBoundaryResult::corners)
-        .def_readwrite("unresolved", &BasinBoundaryResult::unresolved)
-        .def_readwrite("labels", &BasinBoundaryResult::labels)
-        .def_readwrite("stuck", &BasinBoundaryResult::stuck)
-        .def_readwrite("status", &BasinBoundaryResult::status)
-        .def_readwrite("message", &BasinBoundaryResult::message)
-        .def_readwrite("raised", &BasinBoundaryResult::raised);
+        .field("curves", &BasinBoundaryResult::curves)
+        .field("corners", &BasinBoundaryResult::corners)
+        .field("unresolved", &BasinBoundaryResult::unresolved)
+        .field("labels", &BasinBoundaryResult::labels)
+        .field("stuck", &BasinBoundaryResult::stuck)
+        .field("status", &BasinBoundaryResult::status)
+        .field("message", &BasinBoundaryResult::message)
+        .field("raised", &BasinBoundaryResult::raised);
     bind_struct<UnstableBranchColumns>(m, "UnstableBranchColumns")
-        .def_readwrite("points", &UnstableBranchColumns::points)
-        .def_readwrite("breaks", &UnstableBranchColumns::breaks)
-        .def_readwrite("length", &UnstableBranchColumns::length)
-        .def_readwrite("attractor", &UnstableBranchColumns::attractor)
-        .def_readwrite("status", &UnstableBranchColumns::status)
-        .def_readwrite("message", &UnstableBranchColumns::message);
+        .field("points", &UnstableBranchColumns::points)
+        .field("breaks", &UnstableBranchColumns::breaks)
+        .field("length", &UnstableBranchColumns::length)
+        .field("attractor", &UnstableBranchColumns::attractor)
+        .field("status", &UnstableBranchColumns::status)
+        .field("message", &UnstableBranchColumns::message);
     bind_struct<UnstableSetResult>(m, "UnstableSetResult")
-        .def_readwrite("branches", &UnstableSetResult::branches)
-        .def_readwrite("direction", &UnstableSetResult::direction)
-        .def_readwrite("multiplier", &UnstableSetResult::multiplier)
-        .def_readwrite("turn", &UnstableSetResult::turn)
-        .def_readwrite("raised", &UnstableSetResult::raised);
+        .field("branches", &UnstableSetResult::branches)
+        .field("direction", &UnstableSetResult::direction)
+        .field("multiplier", &UnstableSetResult::multiplier)
+        .field("turn", &UnstableSetResult::turn)
+        .field("raised", &UnstableSetResult::raised);
     m.def("basin_boundary", &boundary);
     m.def("unstable_set", &unstable);
 }

@@ -64,19 +64,19 @@ SectionImages section_images(const Model& model, const Doubles& t0, const Double
 
 void bind_cells(py::module_& m) {
     bind_struct<SectionImages>(m, "SectionImages")
-        .def_readwrite("x", &SectionImages::x)
-        .def_readwrite("t", &SectionImages::t)
-        .def_readwrite("status", &SectionImages::status)
-        .def_readwrite("raised", &SectionImages::raised);
+        .field("x", &SectionImages::x)
+        .field("t", &SectionImages::t)
+        .field("status", &SectionImages::status)
+        .field("raised", &SectionImages::raised);
     m.def("section_images", &section_images);
     bind_struct<CellMapColumns>(m, "CellMapColumns")
-        .def_readwrite("group", &CellMapColumns::group)
-        .def_readwrite("steps", &CellMapColumns::steps)
-        .def_readwrite("period", &CellMapColumns::period)
-        .def_readwrite("basin", &CellMapColumns::basin)
-        .def_readwrite("cells", &CellMapColumns::cells)
-        .def_readwrite("sink_basin", &CellMapColumns::sink_basin)
-        .def_readwrite("unresolved_basin", &CellMapColumns::unresolved_basin);
+        .field("group", &CellMapColumns::group)
+        .field("steps", &CellMapColumns::steps)
+        .field("period", &CellMapColumns::period)
+        .field("basin", &CellMapColumns::basin)
+        .field("cells", &CellMapColumns::cells)
+        .field("sink_basin", &CellMapColumns::sink_basin)
+        .field("unresolved_basin", &CellMapColumns::unresolved_basin);
     // Cells that hold points, shape (k, 2); -1 outside, -2 for NaN.
     m.def("cells_of", [](const Axes& axes, const Doubles& points) {
         const CellGrid grid = grid_of(axes);

@@ -79,21 +79,21 @@ Diagram diagram(const Model& model, const Doubles& x0, const Doubles& params,
 
 void bind_diagram(py::module_& m) {
     bind_struct<Diagram>(m, "Diagram")
-        .def_readwrite("value", &Diagram::value)
-        .def_readwrite("period", &Diagram::period)
-        .def_readwrite("t_local", &Diagram::t_local)
-        .def_readwrite("y", &Diagram::y)
-        .def_readwrite("kind", &Diagram::kind)
-        .def_readwrite("surface", &Diagram::surface)
-        .def_readwrite("boundary", &Diagram::boundary)
-        .def_readwrite("forcing", &Diagram::forcing)
-        .def_readwrite("y_end", &Diagram::y_end)
-        .def_readwrite("cycle", &Diagram::cycle)
-        .def_readwrite("skipped", &Diagram::skipped)
-        .def_readwrite("status", &Diagram::status)
-        .def_readwrite("message", &Diagram::message)
-        .def_readwrite("counters", &Diagram::counters)
-        .def_readwrite("raised", &Diagram::raised);
+        .field("value", &Diagram::value)
+        .field("period", &Diagram::period)
+        .field("t_local", &Diagram::t_local)
+        .field("y", &Diagram::y)
+        .field("kind", &Diagram::kind)
+        .field("surface", &Diagram::surface)
+        .field("boundary", &Diagram::boundary)
+        .field("forcing", &Diagram::forcing)
+        .field("y_end", &Diagram::y_end)
+        .field("cycle", &Diagram::cycle)
+        .field("skipped", &Diagram::skipped)
+        .field("status", &Diagram::status)
+        .field("message", &Diagram::message)
+        .field("counters", &Diagram::counters)
+        .field("raised", &Diagram::raised);
     m.def("diagram", &diagram);
 }
 

@@ -118,16 +118,16 @@ template <class Pointer, const char* const& name> py::capsule capsule_of(Pointer
 
 void bind_ensemble(py::module_& m) {
     bind_struct<EnsembleColumns>(m, "EnsembleColumns")
-        .def_readwrite("x", &EnsembleColumns::x)
-        .def_readwrite("t", &EnsembleColumns::t)
-        .def_readwrite("period", &EnsembleColumns::period)
-        .def_readwrite("status", &EnsembleColumns::status)
-        .def_readwrite("mode", &EnsembleColumns::mode)
-        .def_readwrite("events", &EnsembleColumns::events)
-        .def_readwrite("slides", &EnsembleColumns::slides)
-        .def_readwrite("slide_time", &EnsembleColumns::slide_time)
-        .def_readwrite("counters", &EnsembleColumns::counters)
-        .def_readwrite("raised", &EnsembleColumns::raised);
+        .field("x", &EnsembleColumns::x)
+        .field("t", &EnsembleColumns::t)
+        .field("period", &EnsembleColumns::period)
+        .field("status", &EnsembleColumns::status)
+        .field("mode", &EnsembleColumns::mode)
+        .field("events", &EnsembleColumns::events)
+        .field("slides", &EnsembleColumns::slides)
+        .field("slide_time", &EnsembleColumns::slide_time)
+        .field("counters", &EnsembleColumns::counters)
+        .field("raised", &EnsembleColumns::raised);
     m.def("ensemble", &ensemble);
     m.def("scalar", [](const Model& model) {
         return capsule_of<ScalarPointer, scalar_capsule>(model.scalar());

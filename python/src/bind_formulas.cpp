@@ -447,20 +447,20 @@ void bind_formulas(py::module_& m) {
             return all;
         });
     bind_struct<DefinedSystem>(m, "DefinedSystem")
-        .def_readwrite("model", &DefinedSystem::model)
-        .def_readwrite("h", &DefinedSystem::h)
-        .def_readwrite("region", &DefinedSystem::region)
-        .def_readwrite("graph", &DefinedSystem::graph);
+        .field("model", &DefinedSystem::model)
+        .field("h", &DefinedSystem::h)
+        .field("region", &DefinedSystem::region)
+        .field("graph", &DefinedSystem::graph);
     m.def("define", &define);
     bind_struct<StepColumns>(m, "StepColumns")
-        .def_readwrite("status", &StepColumns::status)
-        .def_readwrite("message", &StepColumns::message)
-        .def_readwrite("n_steps", &StepColumns::n_steps)
-        .def_readwrite("newtons", &StepColumns::newtons)
-        .def_readwrite("t", &StepColumns::t)
-        .def_readwrite("y", &StepColumns::y)
-        .def_readwrite("s", &StepColumns::s)
-        .def_readwrite("raised", &StepColumns::raised);
+        .field("status", &StepColumns::status)
+        .field("message", &StepColumns::message)
+        .field("n_steps", &StepColumns::n_steps)
+        .field("newtons", &StepColumns::newtons)
+        .field("t", &StepColumns::t)
+        .field("y", &StepColumns::y)
+        .field("s", &StepColumns::s)
+        .field("raised", &StepColumns::raised);
     m.def("time_stepping", &step_in_time);
     m.attr("most_tape_dims") = most_of(CompiledShapes());
     m.attr("most_tape_params") = tape_params;

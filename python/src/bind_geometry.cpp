@@ -200,47 +200,47 @@ bool moves(const Model& model, const Doubles& low, const Doubles& high, const Do
 
 void bind_geometry(py::module_& m) {
     bind_struct<TangencyResult>(m, "TangencyResult")
-        .def_readwrite("t", &TangencyResult::t)
-        .def_readwrite("x", &TangencyResult::x)
-        .def_readwrite("side", &TangencyResult::side)
-        .def_readwrite("second", &TangencyResult::second)
-        .def_readwrite("other", &TangencyResult::other)
-        .def_readwrite("drift", &TangencyResult::drift)
-        .def_readwrite("visible", &TangencyResult::visible)
-        .def_readwrite("attracting", &TangencyResult::attracting);
+        .field("t", &TangencyResult::t)
+        .field("x", &TangencyResult::x)
+        .field("side", &TangencyResult::side)
+        .field("second", &TangencyResult::second)
+        .field("other", &TangencyResult::other)
+        .field("drift", &TangencyResult::drift)
+        .field("visible", &TangencyResult::visible)
+        .field("attracting", &TangencyResult::attracting);
     bind_struct<Tangencies>(m, "Tangencies")
-        .def_readwrite("found", &Tangencies::found)
-        .def_readwrite("raised", &Tangencies::raised);
+        .field("found", &Tangencies::found)
+        .field("raised", &Tangencies::raised);
     m.def("tangencies", &tangent);
     m.def("describe_tangencies", &describe);
     bind_struct<SlidingBoundaryColumns>(m, "SlidingBoundaryColumns")
-        .def_readwrite("side", &SlidingBoundaryColumns::side)
-        .def_readwrite("t", &SlidingBoundaryColumns::t)
-        .def_readwrite("x", &SlidingBoundaryColumns::x)
-        .def_readwrite("second", &SlidingBoundaryColumns::second)
-        .def_readwrite("other", &SlidingBoundaryColumns::other)
-        .def_readwrite("drift", &SlidingBoundaryColumns::drift)
-        .def_readwrite("tangential", &SlidingBoundaryColumns::tangential)
-        .def_readwrite("status", &SlidingBoundaryColumns::status)
-        .def_readwrite("message", &SlidingBoundaryColumns::message);
+        .field("side", &SlidingBoundaryColumns::side)
+        .field("t", &SlidingBoundaryColumns::t)
+        .field("x", &SlidingBoundaryColumns::x)
+        .field("second", &SlidingBoundaryColumns::second)
+        .field("other", &SlidingBoundaryColumns::other)
+        .field("drift", &SlidingBoundaryColumns::drift)
+        .field("tangential", &SlidingBoundaryColumns::tangential)
+        .field("status", &SlidingBoundaryColumns::status)
+        .field("message", &SlidingBoundaryColumns::message);
     bind_struct<SlidingBoundaries>(m, "SlidingBoundaries")
-        .def_readwrite("found", &SlidingBoundaries::found)
-        .def_readwrite("raised", &SlidingBoundaries::raised);
+        .field("found", &SlidingBoundaries::found)
+        .field("raised", &SlidingBoundaries::raised);
     m.def("sliding_boundaries", &boundaries);
     bind_struct<EquilibriumResult>(m, "EquilibriumResult")
-        .def_readwrite("kind", &EquilibriumResult::kind)
-        .def_readwrite("x", &EquilibriumResult::x)
-        .def_readwrite("side", &EquilibriumResult::side)
-        .def_readwrite("s", &EquilibriumResult::s)
-        .def_readwrite("real", &EquilibriumResult::real)
-        .def_readwrite("attracting", &EquilibriumResult::attracting)
-        .def_readwrite("stable", &EquilibriumResult::stable)
-        .def_readwrite("encounter", &EquilibriumResult::encounter)
-        .def_readwrite("eigenvalues", &EquilibriumResult::eigenvalues)
-        .def_readwrite("value", &EquilibriumResult::value);
+        .field("kind", &EquilibriumResult::kind)
+        .field("x", &EquilibriumResult::x)
+        .field("side", &EquilibriumResult::side)
+        .field("s", &EquilibriumResult::s)
+        .field("real", &EquilibriumResult::real)
+        .field("attracting", &EquilibriumResult::attracting)
+        .field("stable", &EquilibriumResult::stable)
+        .field("encounter", &EquilibriumResult::encounter)
+        .field("eigenvalues", &EquilibriumResult::eigenvalues)
+        .field("value", &EquilibriumResult::value);
     bind_struct<Equilibria>(m, "Equilibria")
-        .def_readwrite("found", &Equilibria::found)
-        .def_readwrite("raised", &Equilibria::raised);
+        .field("found", &Equilibria::found)
+        .field("raised", &Equilibria::raised);
     m.def("equilibria", &rests);
     m.def("boundary_equilibria", &rests_on_surface);
     m.def("depends_on_time", &moves);

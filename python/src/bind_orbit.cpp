@@ -433,61 +433,61 @@ BifurcationSetResult explored(const Model& model, const Doubles& p,
 
 void bind_orbit(py::module_& m) {
     bind_struct<CycleColumns>(m, "CycleColumns")
-        .def_readwrite("size", &CycleColumns::size)
-        .def_readwrite("mode", &CycleColumns::mode)
-        .def_readwrite("until", &CycleColumns::until)
-        .def_readwrite("surface", &CycleColumns::surface)
-        .def_readwrite("t", &CycleColumns::t)
-        .def_readwrite("x", &CycleColumns::x)
-        .def_readwrite("s", &CycleColumns::s)
-        .def_readwrite("turns", &CycleColumns::turns)
-        .def_readwrite("period", &CycleColumns::period)
-        .def_readwrite("p", &CycleColumns::p)
-        .def_readwrite("t_start", &CycleColumns::t_start)
-        .def_readwrite("x_start", &CycleColumns::x_start);
+        .field("size", &CycleColumns::size)
+        .field("mode", &CycleColumns::mode)
+        .field("until", &CycleColumns::until)
+        .field("surface", &CycleColumns::surface)
+        .field("t", &CycleColumns::t)
+        .field("x", &CycleColumns::x)
+        .field("s", &CycleColumns::s)
+        .field("turns", &CycleColumns::turns)
+        .field("period", &CycleColumns::period)
+        .field("p", &CycleColumns::p)
+        .field("t_start", &CycleColumns::t_start)
+        .field("x_start", &CycleColumns::x_start);
     bind_struct<OrbitResult>(m, "OrbitResult")
-        .def_readwrite("cycles", &OrbitResult::cycles)
-        .def_readwrite("multipliers", &OrbitResult::multipliers)
-        .def_readwrite("monodromy", &OrbitResult::monodromy)
-        .def_readwrite("stable", &OrbitResult::stable)
-        .def_readwrite("iterations", &OrbitResult::iterations)
-        .def_readwrite("residual", &OrbitResult::residual)
-        .def_readwrite("status", &OrbitResult::status)
-        .def_readwrite("message", &OrbitResult::message)
-        .def_readwrite("raised", &OrbitResult::raised);
+        .field("cycles", &OrbitResult::cycles)
+        .field("multipliers", &OrbitResult::multipliers)
+        .field("monodromy", &OrbitResult::monodromy)
+        .field("stable", &OrbitResult::stable)
+        .field("iterations", &OrbitResult::iterations)
+        .field("residual", &OrbitResult::residual)
+        .field("status", &OrbitResult::status)
+        .field("message", &OrbitResult::message)
+        .field("raised", &OrbitResult::raised);
     m.def("settle", &settled);
     m.def("orbit_near", &near);
     m.def("solve_orbit", &solved);
     bind_struct<SpecialPointResult>(m, "SpecialPointResult")
-        .def_readwrite("orbit", &SpecialPointResult::orbit)
-        .def_readwrite("kind", &SpecialPointResult::kind)
-        .def_readwrite("node", &SpecialPointResult::node)
-        .def_readwrite("side", &SpecialPointResult::side)
-        .def_readwrite("word_before", &SpecialPointResult::word_before)
-        .def_readwrite("word_after", &SpecialPointResult::word_after)
-        .def_readwrite("conditions", &SpecialPointResult::conditions)
-        .def_readwrite("multipliers", &SpecialPointResult::multipliers);
+        .field("orbit", &SpecialPointResult::orbit)
+        .field("kind", &SpecialPointResult::kind)
+        .field("node", &SpecialPointResult::node)
+        .field("side", &SpecialPointResult::side)
+        .field("word_before", &SpecialPointResult::word_before)
+        .field("word_after", &SpecialPointResult::word_after)
+        .field("conditions", &SpecialPointResult::conditions)
+        .field("multipliers", &SpecialPointResult::multipliers);
     bind_struct<BranchColumns>(m, "BranchColumns")
-        .def_readwrite("kind", &BranchColumns::kind)
-        .def_readwrite("cycles", &BranchColumns::cycles)
-        .def_readwrite("multipliers", &BranchColumns::multipliers)
-        .def_readwrite("stable", &BranchColumns::stable)
-        .def_readwrite("special", &BranchColumns::special)
-        .def_readwrite("ends", &BranchColumns::ends)
-        .def_readwrite("corrections", &BranchColumns::corrections)
-        .def_readwrite("status", &BranchColumns::status)
-        .def_readwrite("raised", &BranchColumns::raised);
+        .field("kind", &BranchColumns::kind)
+        .field("cycles", &BranchColumns::cycles)
+        .field("multipliers", &BranchColumns::multipliers)
+        .field("stable", &BranchColumns::stable)
+        .field("special", &BranchColumns::special)
+        .field("ends", &BranchColumns::ends)
+        .field("corrections", &BranchColumns::corrections)
+        .field("status", &BranchColumns::status)
+        .field("raised", &BranchColumns::raised);
     m.def("trace", &traced);
     bind_struct<Curves>(m, "Curves")
-        .def_readwrite("curves", &Curves::curves)
-        .def_readwrite("raised", &Curves::raised);
+        .field("curves", &Curves::curves)
+        .field("raised", &Curves::raised);
     m.def("trace_curves", &traced_curves);
     bind_struct<BifurcationSetResult>(m, "BifurcationSetResult")
-        .def_readwrite("branches", &BifurcationSetResult::branches)
-        .def_readwrite("curves", &BifurcationSetResult::curves)
-        .def_readwrite("corrections", &BifurcationSetResult::corrections)
-        .def_readwrite("failed_starts", &BifurcationSetResult::failed_starts)
-        .def_readwrite("raised", &BifurcationSetResult::raised);
+        .field("branches", &BifurcationSetResult::branches)
+        .field("curves", &BifurcationSetResult::curves)
+        .field("corrections", &BifurcationSetResult::corrections)
+        .field("failed_starts", &BifurcationSetResult::failed_starts)
+        .field("raised", &BifurcationSetResult::raised);
     m.def("bifurcation_set", &explored);
     m.def("bifurcation_names", [] { return names_of(Kind::grazing); });
 }

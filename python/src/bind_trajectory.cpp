@@ -229,28 +229,28 @@ void bind_trajectory(py::module_& m) {
             return as_array(std::move(out), {t.size(), surfaces});
         });
     bind_struct<EventArrays>(m, "EventColumns")
-        .def_readwrite("t", &EventArrays::t)
-        .def_readwrite("t_local", &EventArrays::t_local)
-        .def_readwrite("s", &EventArrays::s)
-        .def_readwrite("x_left", &EventArrays::x_left)
-        .def_readwrite("x_right", &EventArrays::x_right)
-        .def_readwrite("period", &EventArrays::period)
-        .def_readwrite("kind", &EventArrays::kind)
-        .def_readwrite("surface", &EventArrays::surface)
-        .def_readwrite("alternatives", &EventArrays::alternatives)
-        .def_readwrite("contacts", &EventArrays::contacts)
-        .def_readwrite("mode_before", &EventArrays::mode_before)
-        .def_readwrite("mode_after", &EventArrays::mode_after);
+        .field("t", &EventArrays::t)
+        .field("t_local", &EventArrays::t_local)
+        .field("s", &EventArrays::s)
+        .field("x_left", &EventArrays::x_left)
+        .field("x_right", &EventArrays::x_right)
+        .field("period", &EventArrays::period)
+        .field("kind", &EventArrays::kind)
+        .field("surface", &EventArrays::surface)
+        .field("alternatives", &EventArrays::alternatives)
+        .field("contacts", &EventArrays::contacts)
+        .field("mode_before", &EventArrays::mode_before)
+        .field("mode_after", &EventArrays::mode_after);
     bind_struct<RunResult>(m, "Run")
-        .def_readwrite("t", &RunResult::t)
-        .def_readwrite("y", &RunResult::y)
-        .def_readwrite("mode", &RunResult::mode)
-        .def_readwrite("events", &RunResult::events)
-        .def_readwrite("solution", &RunResult::solution)
-        .def_readwrite("counters", &RunResult::counters)
-        .def_readwrite("status", &RunResult::status)
-        .def_readwrite("message", &RunResult::message)
-        .def_readwrite("raised", &RunResult::raised);
+        .field("t", &RunResult::t)
+        .field("y", &RunResult::y)
+        .field("mode", &RunResult::mode)
+        .field("events", &RunResult::events)
+        .field("solution", &RunResult::solution)
+        .field("counters", &RunResult::counters)
+        .field("status", &RunResult::status)
+        .field("message", &RunResult::message)
+        .field("raised", &RunResult::raised);
     m.def("simulate", &simulate);
     m.attr("max_event_functions") = max_watches;
 }

@@ -69,10 +69,13 @@ private:
         if (!reached())
             return;
         one_.t = {step.clock.absolute(), t1};
-        one_.pieces = {piece_of(step, path)};
+        one_.pieces.clear();
         const auto [low, high] = std::minmax(one_.t[0], one_.t[1]);
-        while (reached())
+        while (reached()) {
+            if (next() != t1 && one_.pieces.empty())
+                one_.pieces = {piece_of(step, path)};
             add(next(), next() == t1 ? step.x1 : one_(std::clamp(next(), low, high)), step.mode);
+        }
     }
     bool wanted() const { return t.size() < task_.t_eval->size(); }
     double next() const { return (*task_.t_eval)[t.size()]; }

@@ -5,8 +5,10 @@
 """
 
 import ast
+import gc
 import inspect
 import re
+import weakref
 from pathlib import Path
 
 import pytest
@@ -46,3 +48,30 @@ def test_methods_take_as_many_arguments(name):
     owner, method = name.split(".")
     compiled = getattr(getattr(_core, owner), method)
     assert compiled_arguments(compiled) == stated_arguments(METHODS[name])
+
+
+def test_what_is_taken_out_of_a_result_stands_alone():
+    sets = _core.LimitSetsResult(attractors=[_core.AttractorColumns(radius=2.0)])
+    taken = sets.attractors
+    sets.attractors = []
+    del sets
+    gc.collect()
+    assert [a.radius for a in taken] == [2.0]
+
+
+@pytest.mark.parametrize("name", ["Run", "LimitSetsResult", "MapGraphResult", "SectionImages"])
+def test_a_result_is_collected_with_the_exception_whose_frames_hold_it(name):
+    class Signal(KeyboardInterrupt):
+        """One that can be weakly referred to."""
+
+    def interrupted():
+        result = getattr(_core, name)()
+        try:
+            raise Signal
+        except Signal as error:
+            result.raised = error
+            return weakref.ref(error)
+
+    left = interrupted()
+    gc.collect()
+    assert left() is None

@@ -310,3 +310,18 @@ TEMPLATE_TEST_CASE("first_contact: works in every scalar", "[roots]", float, lon
     CHECK(first_contact([](S x) { return (x - S(0.4)) * (x - S(0.4)); }, S(0.16), S(1e-5), theta) ==
           Contact::touch);
 }
+
+TEST_CASE("falls_smoothly: a cubic that falls once does, up to the first value that is no number",
+          "[roots]") {
+    const auto fall = [](double x) { return 0.5 - x; };
+    CHECK(falls_smoothly(0.5, fall));
+    CHECK_FALSE(falls_smoothly(0.5, [](double x) { return x - 0.5; }));
+    CHECK_FALSE(falls_smoothly(0.5, [](double x) { return 0.5 - x + 0.01 * std::sin(500 * x); }));
+    for (int bad = 1; bad <= 10; ++bad) { // each of the places where it looks
+        CAPTURE(bad);
+        int asked = 0;
+        const auto broken = [&](double x) { return ++asked == bad ? std::nan("") : 0.5 - x; };
+        CHECK_FALSE(falls_smoothly(0.5, broken));
+        CHECK(asked == (bad <= 5 ? 5 : 10));
+    }
+}

@@ -220,3 +220,25 @@ TEST_CASE("observers: a prescribed segment tells its steps", "[observers]") {
     CHECK(steps == r.counters.steps);
     CHECK(steps > 5);
 }
+
+TEST_CASE("a trajectory begins and ends at the times that were given, and is known at every event",
+          "[observers]") {
+    // with a period the clock rounds where it turns absolute times into periods and back
+    for (int k = 0; k < 60; ++k) {
+        const double t0 = -3, t_end = -1.234e-5 * (1 + 1.7 * k);
+        CAPTURE(k, t_end);
+        const auto at_ends =
+            sections(Section{[=](const auto& t, const auto&, const auto&) { return t - t_end; }},
+                     Section{[=](const auto& t, const auto&, const auto&) { return t - t0; }});
+        const auto run = simulate(Block{}, {}, Vec<double, 2>(0.3, 0.1), t0, t_end, {}, at_ends);
+        REQUIRE(run.result.status == Status::ok);
+        CHECK(run.t.front() == t0);
+        CHECK(run.t.back() == t_end);
+        CHECK(run.events.front().t == t0);
+        CHECK(run.events.back().t == t_end);
+        for (std::size_t i = 1; i < run.events.size(); ++i)
+            CHECK(run.events[i - 1].t <= run.events[i].t);
+        for (const auto& event : run.events)
+            CHECK((run(event.t) - event.x_left).norm() < 1e-9);
+    }
+}

@@ -393,7 +393,7 @@ private:
             if (before == after && before[j] == 0)
                 segment_.watch().go_on_sliding(stop.guard);
         }
-        if (const Status status = crossed_sections(); status != Status::ok)
+        if (const Status status = crossed_sections(); status != Status::ok || ends_here())
             return status;
         return watch_for_limit(j);
     }

@@ -146,13 +146,15 @@ public:
                               [this](const auto& step, const auto& path) { on_step(step, path); })};
     }
 
-    /// The clock rounds where it turns absolute times into periods and back: a run that reached its
-    /// end ends at exactly the time that was given.
+    /// The clock rounds where it turns absolute times into periods and back: what is at the ends of
+    /// a run is there at exactly the times that were given.
     void finish(FlowResult<S, N, M> result) {
         if (result.status == Status::ok) {
-            trajectory_.events.back().t = t_end_;
             auto& t = trajectory_.t;
-            const S reached = t.empty() ? t_end_ : t.back();
+            auto& events = trajectory_.events;
+            const S reached = events.back().t;
+            for (std::size_t k = events.size(); k-- > 1 && events[k].t == reached;)
+                events[k].t = t_end_;
             for (std::size_t k = t.size(); k-- > 1 && t[k] == reached;) // twice after a jump
                 t[k] = t_end_;
         }
@@ -161,13 +163,14 @@ public:
 
 private:
     void on_event(const Event<S, N, M>& event) {
-        trajectory_.events.push_back(event);
         if (event.kind == EventKind::start)
-            trajectory_.events.back().t = t0_;
+            start_ = event.t;
+        trajectory_.events.push_back(event);
+        trajectory_.events.back().t = given(event.t);
         if (keep_ == Keep::events)
             return;
         if (event.kind == EventKind::start)
-            add(t0_, event.x_right, event.mode_after);
+            add(event.t, event.x_right, event.mode_after);
         if constexpr (has_jumps_v<Sys>) // a jump in the last instant
             if (event.kind == EventKind::end && event.x_right != trajectory_.x.back())
                 land(Clock<S>::at(event.t, period(trajectory_.sys, trajectory_.p)), event.t,
@@ -189,8 +192,9 @@ private:
         if (keep_ == Keep::dense)
             trajectory_.pieces.push_back(resting_piece(clock, x, mode));
     }
+    S given(const S& t) const { return t == start_ ? t0_ : t; }
     void add(const S& t, const Vec<S, N>& x, const Mode<M>& mode) {
-        trajectory_.t.push_back(t);
+        trajectory_.t.push_back(given(t));
         trajectory_.x.push_back(x);
         trajectory_.mode.push_back(mode);
     }
@@ -198,6 +202,7 @@ private:
     Trajectory<Sys, S>& trajectory_;
     const Keep keep_;
     S t0_{}, t_end_{};
+    S start_{}; ///< by the clock
 };
 
 /// Simulates and keeps everything: the convenient form of `flow`.

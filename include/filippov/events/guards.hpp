@@ -147,7 +147,7 @@ template <class S> FILIPPOV_INLINE auto stays_clear_if_monotone(const S& low, co
 /// What the cubic through four values of a guard on a step says of the others.
 /// @tparam S  a number, or lanes of them
 template <class S> struct Fit {
-    S off = S(0);     ///< how far they are off it, at most; NaN if one is no number
+    S off = S(0);     ///< how far they are off it, at most; NaN if one is not finite
     S floor = S(0);   ///< the least Bernstein coefficient: the cubic lies above it,
     S ceiling = S(0); ///< and below the largest
     S spread = S(0);  ///< of all values

@@ -192,7 +192,10 @@ template <class S, class F> auto falls_smoothly(const S& u, const F& g) {
                 third = fused(S(2), a, S(S(18) * c - S(9) * b));
         const S high = max(max(a, max(b, c)), max(d, e)), low = min(min(b, c), min(d, e));
         const S little = S(0.01) * (high - min(low, S(0))); // (a triple root has none)
-        smooth = smooth & (a > S(0)) & (min(second, third) > S(-6) * little) & (off <= little);
+        smooth = smooth & (a > S(0)) & (min(second, third) > S(-6) * little) & (off <= little) &
+                 ((d + e) * S(0) == S(0)); // (maxima pass over NaN)
+        if (!any(smooth))
+            break;
     }
     return smooth;
 }

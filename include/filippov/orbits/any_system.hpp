@@ -57,7 +57,7 @@ template <class Sys, class Tableau> class ErasedSystem final : public AnySystem 
     static constexpr int M = surfaces_v<Sys>;
     static constexpr int P = params_v<Sys>;
     /// Directions of the duals: (x, a, b). Those of a flow's times are known without; that of a
-    /// point's time is asked for by itself, which costs less than another width to compile.
+    /// point's time is in place of a parameter that does not move, or is asked for by itself.
     static constexpr int directions = N + 2;
     using X = Vec<double, N>;
 
@@ -404,18 +404,34 @@ private:
                const F& f) const {
         return with_scalar(along, [&]<class D>(const D*) { return jet_of<D>(t, x, p, along, f); });
     }
-    /// By its time alone, which is direction 0 of a dual then; and by all else.
     template <class D, class F>
     Jet jet_of(double t, const Vector& x, const Vector& p, const Directions& along,
                const F& f) const {
-        D later = moving<D>(t, n_, along);
-        later.d[0] = 1.0;
-        const auto by_time = f(later, state_of<D>(x, along, false), params_of<D>(p, along, false));
-        Jet result =
-            jet(f(moving<D>(t, n_, along), state_of<D>(x, along), params_of<D>(p, along)), along);
+        D time = moving<D>(t, n_, along);
+        const Vec<D, N> y = state_of<D>(x, along);
+        const Vec<D, P> q = params_of<D>(p, along);
+        const int spare = spare_direction(along);
+        if (spare >= 0)
+            time.d[std::size_t(spare)] = 1.0;
+        const auto value = f(time, y, q);
+        Jet result = jet(value, along, spare);
+        if (spare >= 0) {
+            for (Eigen::Index r = 0; r < result.value.size(); ++r)
+                set_slope(result, r, n_, value[r].d[std::size_t(spare)]);
+            return result;
+        }
+        time.d[0] = 1.0;
+        const auto by_time = f(time, state_of<D>(x, along, false), params_of<D>(p, along, false));
         for (Eigen::Index r = 0; r < result.value.size(); ++r)
             set_slope(result, r, n_, by_time[r].d[0]);
         return result;
+    }
+    /// The direction of a parameter that does not move, which may serve the time; -1: both move.
+    static int spare_direction(const Directions& along) {
+        for (int k = 0; k < 2; ++k)
+            if (along.active[std::size_t(k)] < 0)
+                return N + k;
+        return -1;
     }
     /// The column of a jet that direction i of a dual belongs to; -1: none.
     int column(int i) const {
@@ -500,7 +516,9 @@ private:
         return all_params<D>(sys_, q);
     }
     /// Of a number, a state, or a state and what follows it.
-    template <class D, int R> Jet jet(const Vec<D, R>& value, const Directions& along) const {
+    /// @param but  a direction that is none of the jet's; -1: all are
+    template <class D, int R>
+    Jet jet(const Vec<D, R>& value, const Directions& along, int but = -1) const {
         const int rows = R < N ? R : R - N + n_;
         Jet result;
         result.value.resize(rows);
@@ -510,7 +528,7 @@ private:
         for (int r = 0; r < rows; ++r) {
             result.value[r] = value_of(value[r]);
             for (int i = 0; i < directions; ++i)
-                if (const int c = column(i); c >= 0)
+                if (const int c = column(i); c >= 0 && i != but)
                     set_slope(result, r, c, value[r].d[std::size_t(i)]);
         }
         return result;
