@@ -93,9 +93,6 @@ template <class Sys, class S> struct Place {
     }
 
 private:
-    static constexpr S smallest_scale =
-        std::numeric_limits<S>::min() / std::numeric_limits<S>::epsilon();
-
     void weigh() {
         using std::abs;
         for (int i = 0; i < N; ++i)
@@ -111,7 +108,7 @@ private:
                     return;
             const X largest = sys.largest_error(clock.local, x, t, y, p);
             for (int i = 0; i < N; ++i)
-                lengths[i] = std::max(std::min(lengths[i], largest[i]), smallest_scale);
+                lengths[i] = std::max(std::min(lengths[i], largest[i]), smallest_error<S>);
         }
     }
 };
