@@ -243,14 +243,17 @@ public:
     /// @return        false if it was interrupted
     bool operator()(std::span<const std::array<double, 2>> points,
                     std::span<CellLabel> labels) const {
-        std::vector<Vector> states;
-        states.reserve(points.size());
-        for (const auto& point : points)
-            states.push_back(state(point));
+        // an interruption is noticed by runs, so what comes before them must not be long
+        constexpr std::size_t block = 1 << 18;
         Status ended = Status::ok;
-        const auto found =
-            detail::label_points(picture_, states, landings_, picture_.settings.periods, ended);
-        std::copy(found.begin(), found.end(), labels.begin());
+        for (std::size_t first = 0; first < points.size() && ended == Status::ok; first += block) {
+            std::vector<Vector> states;
+            for (const auto& point : points.subspan(first, std::min(block, points.size() - first)))
+                states.push_back(state(point));
+            const auto found =
+                detail::label_points(picture_, states, landings_, picture_.settings.periods, ended);
+            std::copy(found.begin(), found.end(), labels.begin() + std::ptrdiff_t(first));
+        }
         return ended == Status::ok;
     }
     /// The state of a point of the picture.

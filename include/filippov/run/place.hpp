@@ -108,7 +108,7 @@ private:
                     return;
             const X largest = sys.largest_error(clock.local, x, t, y, p);
             for (int i = 0; i < N; ++i)
-                lengths[i] = std::max(std::min(lengths[i], largest[i]), smallest_error<S>);
+                lengths[i] = std::max(std::min(lengths[i], largest[i]), smallest_error<S>());
         }
     }
 };

@@ -12,16 +12,18 @@
 
 namespace filippov {
 
-/// No error is judged by less.
-template <std::floating_point R>
-inline constexpr R smallest_error = std::numeric_limits<R>::min() / epsilon<R>;
+/// No error is judged by less. A function, since variables that are passed by reference are
+/// symbols that shared libraries export.
+template <std::floating_point R> constexpr R smallest_error() {
+    return std::numeric_limits<R>::min() / epsilon<R>;
+}
 
 /// What the tolerance lets a component of this size err.
 /// @tparam S  a number, or lanes of them
 template <class S, std::floating_point R>
 FILIPPOV_INLINE S error_allowed(R atol, R rtol, const S& size) {
     using std::max;
-    return max(S(fused(S(rtol), size, S(atol))), S(smallest_error<R>));
+    return max(S(fused(S(rtol), size, S(atol))), S(smallest_error<R>()));
 }
 
 /// Absolute tolerance: one number for all components, or one each.
