@@ -253,7 +253,9 @@ TEST_CASE("guards, in lanes: samples show a root, nothing, or that they show too
 TEMPLATE_TEST_CASE("guards: the next zero of a parabola is exact", "[guards]",
                    Stages<DormandPrince5>, Stages<DormandPrince8>) {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    const auto next = [](auto f) { return track<TestType>(f).next_zero(times<TestType>); };
+    const auto next = [](auto f, double within = std::numeric_limits<double>::infinity()) {
+        return track<TestType>(f).next_zero(times<TestType>, within);
+    };
     for (const double root : {1.01, 1.5, 3.0, 100.0}) {
         CHECK(next([root](double u) { return root - u; }) == Approx(root - 1).epsilon(1e-9));
         CHECK(next([root](double u) { return (root - u) * (1 + u); }) ==
@@ -266,6 +268,15 @@ TEMPLATE_TEST_CASE("guards: the next zero of a parabola is exact", "[guards]",
     CHECK(next([](double) { return std::nan(""); }) == inf);
     CHECK(next([](double) { return 0.0; }) == inf);
     CHECK(next([](double u) { return 0.5 - u; }) == inf); // over already
+    // what lies plainly later than asked need not be told
+    for (const double root : {1.01, 1.5, 3.0, 100.0})
+        for (const double bend : {-1.0, -0.3, 0.0, 0.3, 1.0}) {
+            const auto f = [&](double u) { return (root - u) * (1 + bend * u); };
+            for (const double within : {0.99, 1.01, 2.0})
+                CHECK(next(f, within * (root - 1)) >= std::min(next(f), within * (root - 1)));
+            CHECK(next(f, 1.01 * (root - 1)) == next(f));
+        }
+    CHECK(next([](double u) { return 2 - u; }, 0.9) == inf);
 }
 
 namespace {

@@ -555,7 +555,7 @@ private:
     /// fields may grow wild behind their surface (a pole, a square root), and steps that plunge
     /// there are mostly rejected.
     FILIPPOV_INLINE S reach_after(const S& dt) const {
-        const S nearest = watch_.next_contact();
+        const S nearest = watch_.next_contact(abs_(dt_) / abs_(dt));
         return std::max(S(1.2) * nearest * abs_(dt), S(16) * place_.resolution());
     }
     /// The next step, after one that was good.

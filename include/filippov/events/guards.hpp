@@ -110,6 +110,8 @@ template <class S> struct ProbeTimes {
     bool equidistant;
     std::size_t near_third, near_two_thirds; ///< the nodes of a fit
     S widest_gap;                            ///< between neighbours
+    std::size_t late;                        ///< one in the last part of the step,
+    S before_late, behind_late; ///< and 1 over what lies before and behind it; 0 if that is nothing
 
     template <class Times> static constexpr ProbeTimes of() {
         static_assert(Times::n <= most, "filippov: expected a method of at most 33 stages");
@@ -119,7 +121,10 @@ template <class S> struct ProbeTimes {
                          .equidistant = Times::equidistant,
                          .near_third = nearest_to<Times>(1.0 / 3),
                          .near_two_thirds = nearest_to<Times>(2.0 / 3),
-                         .widest_gap = S(0)};
+                         .widest_gap = S(0),
+                         .late = std::max(std::size_t(1), Times::n * 2 / 3),
+                         .before_late = S(0),
+                         .behind_late = S(0)};
         S before(0);
         for (std::size_t i = 0; i < Times::n; ++i) {
             const std::size_t k = Times::in_time[i];
@@ -128,6 +133,9 @@ template <class S> struct ProbeTimes {
             times.widest_gap = std::max(times.widest_gap, S(times.theta[k] - before));
             before = times.theta[k];
         }
+        const S late = times.theta[times.late];
+        times.before_late = late > S(0) ? S(1) / late : S(0);
+        times.behind_late = late < S(1) ? S(1) / (S(1) - late) : S(0);
         return times;
     }
 };
@@ -366,11 +374,14 @@ template <class S> struct Trace {
     }
 
     /// When the guard will be zero, in units of the step from its end, if it goes on as the
-    /// parabola through its start, a probe and its end; infinite if it will not.
-    FILIPPOV_INLINE S next_zero(const Times& times) const {
-        const std::size_t m = times.n * 2 / 3;
+    /// parabola through its start, a probe and its end; infinite if it will not, or plainly later
+    /// than `within`, which is told without a division that the next step would wait for.
+    FILIPPOV_INLINE S next_zero(const Times& times, const S& within) const {
+        const std::size_t m = times.late;
         const S theta = times.theta[m];
         const S end = probe[times.n];
+        if (falls_by(times, within) < end) [[likely]]
+            return std::numeric_limits<S>::infinity();
         // value / end = 1 + slope u + bend u^2, u = theta - 1
         const S rise = (S(1) - probe[m] / end) / (S(1) - theta);
         const S bend = rise - (probe[m] - start) / (end * theta);
@@ -384,6 +395,14 @@ template <class S> struct Trace {
     }
 
 private:
+    /// What that parabola falls by from the end of the step until `within`, at most.
+    FILIPPOV_INLINE S falls_by(const Times& times, const S& within) const {
+        const S late = probe[times.late];
+        const S rise = (probe[times.n] - late) * times.behind_late;
+        const S bend = rise - (late - start) * times.before_late;
+        const S slope = rise + bend * (S(1) - times.theta[times.late]);
+        return -within * (std::min(slope, S(0)) + within * std::min(bend, S(0)));
+    }
     /// The largest second difference of equidistant values.
     S bend(const Times& times) const {
         using std::abs;

@@ -254,13 +254,13 @@ public:
                abs_(guard_value(g, S(t + path.dt / S(2)), path(S(0.5)))) <= band;
     }
     /// When the first surface will be met, in units of the step from its end, that a parabola
-    /// through h over the step foresees.
-    FILIPPOV_INLINE S next_contact() const {
+    /// through h over the step foresees; infinite if that is plainly later than `within`.
+    FILIPPOV_INLINE S next_contact(const S& within) const {
         S nearest = std::numeric_limits<S>::infinity();
         for (int j = 0; j < M; ++j) {
             const GuardTrace& w = trace(Guard<M>::below(j));
             if (at_.mode[j] != 0 && w.watched && w.order == 0)
-                nearest = std::min(nearest, w.next_zero(*times_));
+                nearest = std::min(nearest, w.next_zero(*times_, within));
         }
         return nearest;
     }
