@@ -30,7 +30,7 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
 packages=(cmake ninja-build)
 if [ "${1:-}" = test ]; then
     packages+=(catch2 libeigen3-dev libboost-dev libgsl-dev libcli11-dev nlohmann-json3-dev
-        chromium chromium-driver doxygen)
+        chromium chromium-driver doxygen valgrind)
     # A second compiler, where the system has one that is new enough.
     if apt-cache show clang-16 >/dev/null 2>&1; then
         packages+=(clang-16 libclang-rt-16-dev libomp-16-dev)

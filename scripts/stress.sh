@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Looks for faults longer and in more ways than scripts/test.sh has time for. Needs what
-# `scripts/setup.sh test` installs, clang 16 with it, and valgrind.
+# `scripts/setup.sh test` installs, clang 16 with it.
 #
 #   scripts/stress.sh              all of it, some hours on two cores
 #   scripts/stress.sh sanitize     all tests with the address and undefined behaviour sanitizers

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up and passes every check: C++ tests with sanitizers by clang, those that depend on how they
 # are compiled with g++ -O3 as users build them, those that compute for long, examples, campaigns of
-# random problems, the Python package, format, types, the programs in README and docs. (Answers of
-# the other benchmarks: `scripts/stress.sh bench`.)
+# random problems, the Python package, format, types, instruction counts of fixed runs, the programs in
+# README and docs. (Answers of the other benchmarks: `scripts/stress.sh bench`.)
 #
 # Time is kept by building each thing once: a test with all sanitizers, or by g++ (without fused
 # products all round alike; `scripts/stress.sh sanitize` has every test with sanitizers, the preset
@@ -48,6 +48,9 @@ scripts/format.sh --check
 if [ -f python/filippov/__init__.py ]; then
     .venv/bin/mypy
 fi
+
+step "instructions of fixed runs"
+.venv/bin/python scripts/count_instructions.py
 
 step "programs in README and docs"
 .venv/bin/python scripts/check_snippets.py
