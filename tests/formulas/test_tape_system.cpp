@@ -176,19 +176,29 @@ TEST_CASE("tape system: a lane runs as the model's does", "[formulas]") {
     const auto settings = tight<2>(1e-8);
     const auto members = [&](const auto& sys) {
         using Sys = std::remove_cvref_t<decltype(sys)>;
-        std::vector<Member<2, params_v<Sys>>> all;
+        std::vector<Member<dim_v<Sys>, params_v<Sys>>> all;
         for (int i = 0; i < 100; ++i) {
-            const auto p = all_params<double>(sys, default_values(sys));
-            all.push_back({V2(-2 + 0.04 * i, 0.02 * i), p, 0, 10});
+            State<Sys, double> x = State<Sys, double>::Zero();
+            x.template head<2>() = V2(-2 + 0.04 * i, 0.02 * i);
+            all.push_back({x, all_params<double>(sys, default_values(sys)), 0, 10});
         }
         return all;
     };
     const auto mine = ensemble<DormandPrince8, 4>(formulas, members(formulas), settings);
     const auto other = ensemble<DormandPrince8, 2>(model, members(model), settings);
+    // compiled for more components than there are
+    const auto spacious = tests::tape_system<8>(tests::oscillator_formulas());
+    const auto wide = ensemble<DormandPrince8, 4>(spacious, members(spacious), tight<8>(1e-8));
+    CHECK(wide.counters.steps == mine.counters.steps);
+    CHECK(wide.counters.handed_over == mine.counters.handed_over);
     for (std::size_t k = 0; k < 100; ++k) {
         CAPTURE(k);
         CHECK(mine.outcomes[k].status == Status::ok);
         CHECK(mine.outcomes[k].events == other.outcomes[k].events);
         CHECK((mine.outcomes[k].x - other.outcomes[k].x).norm() < 1e-7);
+        CHECK(wide.outcomes[k].status == Status::ok);
+        CHECK(wide.outcomes[k].events == mine.outcomes[k].events);
+        CHECK((wide.outcomes[k].x.head<2>() - mine.outcomes[k].x).norm() < 1e-12);
+        CHECK(wide.outcomes[k].x.tail<6>().isZero(0));
     }
 }

@@ -187,9 +187,11 @@ private:
     Derived derived_;
 };
 
-/// Systems of this many components and one surface are compiled for just as many, and run in
-/// lanes; any other may have fewer than it is compiled for.
-inline constexpr int most_exact_dims = 8;
+/// Systems of this many components and one surface are compiled for just as many; any other may
+/// have fewer than it is compiled for.
+inline constexpr int most_exact_dims = 4;
+/// With this many and one surface they run in lanes.
+inline constexpr int most_lane_dims = 8;
 
 /// A system of N components and M surfaces that runs tapes. P parameters at most, derived ones
 /// included.
@@ -197,7 +199,8 @@ template <int N, int M, int P> class TapeSystem {
 public:
     static constexpr int dim = N;
     static constexpr int surfaces = M;
-    static constexpr bool exact = M == 1 && N <= most_exact_dims, lanes = exact;
+    static constexpr bool exact = M == 1 && N <= most_exact_dims,
+                          lanes = M == 1 && N <= most_lane_dims;
     static constexpr std::array<std::string_view, std::size_t(P)> params{}; ///< how many fit
     /// What is compiled for; `kind` says what is so.
     static constexpr auto kinds = [] {

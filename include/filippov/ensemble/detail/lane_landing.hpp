@@ -58,7 +58,7 @@ LaneMask<W> land(Run<Sys>& run, const Group<Sys, W>& g, const Rk& rk, const Take
         // (then the estimate of the whole step was small by chance)
         const Mask errs_more = ~(step_error(run, rk, x, tried.x, d) <= T(4));
         T delta = target.correction(tried);
-        const T error = mean_square(bend, tolerance) * (delta * delta) * (delta * delta);
+        const T error = mean_square(run, bend, tolerance) * (delta * delta) * (delta * delta);
         const T next = d + delta;
         todo = todo & (next > T(0)) & (next < longest);
         for (int n = 0; n < 2; ++n) { // the second one mends what curvature left

@@ -304,7 +304,7 @@ private:
     /// says if it has.
     /// @param raw, x1  the end, before and after it was put on the surface
     Mask has_lost_surface(const Group& g, const X& raw, const X& x1, const T& dt) const {
-        const Mask far = ~(mean_square(X(x1 - raw), scale(run_.settings, g.x())) <= T(1));
+        const Mask far = ~(mean_square(run_, X(x1 - raw), scale(run_.settings, g.x())) <= T(1));
         return any(far) ? far & is_off_surface(g, raw, dt) : far;
     }
     FILIPPOV_COLD Mask is_off_surface(const Group& g, const X& raw, const T& dt) const {

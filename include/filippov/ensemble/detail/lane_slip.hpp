@@ -272,7 +272,7 @@ private:
     /// As the first step of a segment, with a coarser power.
     T first_step(const Group& g, const X& x, const Q& p, const X& f, const Mask& below) const {
         const X size = scale(run_.settings, x);
-        const T d0 = mean_square(x, size), d1 = mean_square(f, size);
+        const T d0 = mean_square(run_, x, size), d1 = mean_square(run_, f, size);
         const T span = select(g[left] > T(0), g[left], T(1)); // its first leg may have no length
         const Mask some = d0 >= T(1e-10);
         const T h0 =
@@ -281,7 +281,7 @@ private:
         for (int i = 0; i < N; ++i)
             y[i] = fused(h0, f[i], x[i]);
         const X change = side(below, g[time] + h0, y, p) - f;
-        const T d2 = mean_square(change, size) / (h0 * h0);
+        const T d2 = mean_square(run_, change, size) / (h0 * h0);
         const T found = sqrt(min(T(d0 / d1), T(sqrt(d0 / d2))));
         const Mask steady = d2 * span * span <= T(1e-18) * d1;
         const T other = T(1e-4) * span, soon = T(1e3) / sqrt(d1);

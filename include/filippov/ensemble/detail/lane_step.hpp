@@ -22,6 +22,7 @@ template <class Sys> struct Run {
     /// Steps that resolve the state resolve h.
     bool linear_h = has_linear_h(sys);
     bool bounded = (escape.array() < std::numeric_limits<double>::infinity()).any();
+    double weight = mean_weight<Sys, double>(sys); ///< see there
 };
 
 // --- states --------------------------------------------------------------------------------------
@@ -61,14 +62,16 @@ FILIPPOV_INLINE Vec<Lanes<W>, N> scale_of_step(const Settings<double, N>& settin
         r[i] = error_allowed(settings.atol[i], settings.rtol, max(abs(x[i]), abs(x1[i])));
     return r;
 }
-template <int W, int N>
-Lanes<W> mean_square(const Vec<Lanes<W>, N>& v, const Vec<Lanes<W>, N>& scale) {
+/// Over the components that there are.
+template <class Sys, int W, int N>
+Lanes<W> mean_square(const Run<Sys>& run, const Vec<Lanes<W>, N>& v,
+                     const Vec<Lanes<W>, N>& scale) {
     Lanes<W> sum(0);
     for (int i = 0; i < N; ++i) {
         const Lanes<W> u = v[i] / scale[i];
         sum = fused(u, u, sum);
     }
-    return sum * Lanes<W>(1.0 / N);
+    return sum * Lanes<W>(1.0 / component_count(run.sys));
 }
 template <class Sys, int W, int N>
 LaneMask<W> beyond_bounds(const Run<Sys>& run, const Vec<Lanes<W>, N>& x) {
@@ -111,8 +114,9 @@ FILIPPOV_INLINE Lanes<W> step_error(const Run<Sys>& run, const RungeKutta<Tablea
                                     const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1,
                                     const Lanes<W>& dt) {
     Vec<Lanes<W>, N> weight = scale_of_step(run.settings, x, x1);
+    const Lanes<W> weighted = dt * Lanes<W>(run.weight);
     for (int i = 0; i < N; ++i)
-        weight[i] = dt / weight[i];
+        weight[i] = weighted / weight[i];
     return Tableau::squared_error(rk, weight);
 }
 /// Where a step is accurate enough; the step control takes note.
