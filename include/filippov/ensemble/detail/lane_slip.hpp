@@ -75,7 +75,9 @@ public:
 
         Rk rk;
         rk.k[0] = g.k0();
-        Probed guard{g[start_value], g[start_order], {}};
+        Probed guard; // of which each stage fills in its probe
+        guard.start = g[start_value];
+        guard.order = g[start_order];
         const auto rhs = [&](std::size_t k, const T& tau, const X& y) FILIPPOV_LAMBDA_INLINE {
             guard.probe[k] = T(Side) * h(tau, y, p);
             return side<Side>(tau, y, p);
