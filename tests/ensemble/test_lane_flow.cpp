@@ -119,13 +119,13 @@ namespace {
 
 /// Members one by one as `flow` has them: status, counts, and the state to within `margin`
 /// tolerances where it is sure. Returns how many differ.
-template <class Sys>
+template <class Tableau = DormandPrince8, class Sys>
 int unlike_flow(const Sys& sys, const Members<Sys>& members, double each, double margin = 100) {
     const auto settings = tolerance<Sys>(each);
-    const auto r = run<DormandPrince8>(sys, members, settings);
+    const auto r = run<Tableau>(sys, members, settings);
     int n = 0;
     for (std::size_t i = 0; i < members.size(); ++i) {
-        const auto &o = r.outcomes[i], s = by_flow<DormandPrince8>(sys, members[i], settings);
+        const auto &o = r.outcomes[i], s = by_flow<Tableau>(sys, members[i], settings);
         const double apart = (o.x - s.x).cwiseAbs().maxCoeff();
         const bool alike = o.status == s.status && o.events == s.events && o.slides == s.slides &&
                            o.mode == s.mode && apart <= margin * each &&
@@ -233,6 +233,88 @@ TEST_CASE("H40, lane_flow: orbits that pass the boundary of sliding within some 
         CHECK(apart <= 1e-6);
     }
     CHECK(found >= 2);
+}
+
+namespace {
+
+/// From below, h' = 1; above h' = a - k h: a hop that ends at a height of a/k, k^-1 of a unit of
+/// time after the contact.
+struct Hop {
+    static constexpr int dim = 1;
+    static constexpr bool linear_h = true;
+    static constexpr std::array<std::string_view, 2> params{"a", "k"};
+    template <Scalar S> Vec<S, 1> f1(const S&, const Vec<S, 1>&, const Vec<S, 2>&) const {
+        return Vec<S, 1>(S(1));
+    }
+    template <Scalar S> Vec<S, 1> f2(const S&, const Vec<S, 1>& x, const Vec<S, 2>& p) const {
+        return Vec<S, 1>(S(p[0] - p[1] * (x[0] - S(1))));
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 1>& x, const Vec<S, 2>&) const {
+        return x[0] - S(1);
+    }
+};
+
+/// A slide along h = y - 1 at x' = 1 that ends at x = 0: below, y' = -c x + e x^2. So it dips to
+/// c^3/(6 e^2) below the surface, and comes back at x = 3c/(2e).
+struct Dip {
+    static constexpr int dim = 2;
+    static constexpr bool linear_h = true;
+    static constexpr std::array<std::string_view, 2> params{"c", "e"};
+    template <Scalar S> Vec<S, 2> f1(const S&, const Vec<S, 2>& x, const Vec<S, 2>& p) const {
+        return {S(1), x[0] * (p[1] * x[0] - p[0])};
+    }
+    template <Scalar S> Vec<S, 2> f2(const S&, const Vec<S, 2>&, const Vec<S, 2>&) const {
+        return {S(1), S(-1)};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 2>& x, const Vec<S, 2>&) const {
+        return x[1] - S(1);
+    }
+};
+struct DipInClosedForm : Dip {
+    template <Scalar S>
+    Vec<S, 2> sliding_flow(const S&, const Vec<S, 2>& x, const Vec<S, 2>&, const S& dt) const {
+        return {x[0] + dt, S(1)};
+    }
+};
+
+} // namespace
+
+TEST_CASE("lane_flow: hops of any size are what flow says they are", "[lane_flow]") {
+    const double each = GENERATE(1e-5, 1e-8, 1e-11);
+    CAPTURE(each);
+    Members<Hop> m;
+    for (double a = 1; a > 1e-13; a /= 10)
+        for (double k = 1; k < 1e7; k *= 10)
+            m.push_back({Vec<double, 1>(0.99), {a, k}, 0, 0.01 + 3 / k});
+    CHECK(unlike_flow<DormandPrince5>(Hop{}, m, each) == 0);
+    CHECK(unlike_flow<DormandPrince8>(Hop{}, m, each) == 0);
+}
+
+TEST_CASE("lane_flow: a slide dips below its surface where its closed form says", "[lane_flow]") {
+    const double each = GENERATE(1e-5, 1e-8, 1e-11);
+    CAPTURE(each);
+    const auto check = [&]<class Tableau, class Sys>(Tableau, const Sys& sys) {
+        Members<Sys> m;
+        std::vector<int> changes;
+        for (double c = 1; c > 1e-9; c /= 10)
+            for (double e = 1e-3; e < 1e7; e *= 10) {
+                // lower ones are nothing to the tolerance, or to the rounding of y
+                if (c * c * c / (6 * e * e) < std::max(1e-12, each))
+                    continue;
+                m.push_back({{-0.01, 1}, {c, e}, 0, 0.02});
+                changes.push_back(1.5 * c / e < 0.01 ? 2 : 1);
+            }
+        const auto r = run<Tableau>(sys, m, tolerance<Sys>(each));
+        int bad = 0;
+        for (std::size_t i = 0; i < m.size(); ++i)
+            bad += r.outcomes[i].status != Status::ok || r.outcomes[i].events != changes[i];
+        CHECK(m.size() >= 10);
+        CHECK(bad == 0);
+    };
+    check(DormandPrince5{}, Dip{});
+    check(DormandPrince8{}, Dip{});
+    check(DormandPrince5{}, DipInClosedForm{});
+    check(DormandPrince8{}, DipInClosedForm{});
 }
 
 TEST_CASE("lane_flow: runs of no length, and runs that end at an event or in a slide",

@@ -90,6 +90,73 @@ Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, cons
     return {plain_slope(band) / tau, band, abs(b.l1) + abs(b.l2) < infinity<W>()};
 }
 
+/// A side's field at a point of the surface, and the first derivative of h along it that is not
+/// zero: of this order.
+template <int Order, class Sys, int W> struct Leading {
+    using T = Lanes<W>;
+    using X = Vec<T, dim_v<Sys>>;
+    LaneMask<W> below; ///< it is f1, elsewhere f2
+    T t;
+    X x, f;
+    T derivative;
+
+    /// h' after a step of Heun's, as a multiple of what this derivative makes of it.
+    T multiple(const Sys& sys, const Params<Sys, T>& p, const T& dt) const {
+        const T later = t + dt;
+        const X end = field(sys, later, moved(dt, f), p);
+        const X y = moved(T(T(0.5) * dt), X(f + end));
+        const T rate = normal_component(sys, 0, later, y, p, field(sys, later, y, p));
+        return rate / (Order == 1 ? derivative : derivative * dt);
+    }
+
+private:
+    X field(const Sys& sys, const T& at, const X& y, const Params<Sys, T>& p) const {
+        return select_each(below, X(sys.f1(at, y, p)), X(sys.f2(at, y, p)));
+    }
+    X moved(const T& dt, const X& rate) const {
+        X y;
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            y[i] = fused(dt, rate[i], x[i]);
+        return y;
+    }
+};
+/// True where this derivative says where h goes, though it is not so large that nothing has to be
+/// known of the next one.
+///
+/// `plain_slope` and `plain_bend` allow for a next derivative that changes h by all of its size
+/// within a step. Of the shorter steps of a small tolerance it changes ever less, and by them alone
+/// ever more would seem hard. So it is looked at, along the field, a step ahead and nearer by: h is
+/// to rise far above its rounding within the step, and before the next derivative turns it back.
+/// @param band  what rounding leaves of h
+template <int Order, class Sys, int W>
+FILIPPOV_COLD FILIPPOV_FLATTEN LaneMask<W> decides(const Sys& sys, const Group<Sys, W>& g,
+                                                   const Leading<Order, Sys, W>& a,
+                                                   const Lanes<W>& band) {
+    using T = Lanes<W>;
+    const T tau = g[proposal];
+    // What is seen of the next derivative may be wrong by tens.
+    const T far = T(1e3) * band;
+    // c tau^n over the step, c' tau^(n+1) of the next, n = Order: they balance at c/c'.
+    const T height = abs(a.derivative) * (Order == 1 ? tau : T(T(0.5) * tau * tau)) / far;
+    LaneMask<W> sure = height > T(1);
+    for (const double part : {1.0, 1.0 / 8, 1.0 / 64}) {
+        const T multiple = a.multiple(sys, g.p(), T(T(part) * tau));
+        // (1 + 1/n) c'/c tau, if the next derivative alone made the difference
+        const T turn = (multiple - T(1)) * T(1 / part);
+        sure = sure & (height > (Order == 1 ? abs(turn) : T(T(8.0 / 9) * turn * turn)));
+        if constexpr (Order == 2) // differences of small numbers told it
+            sure = sure & (multiple > T(0));
+    }
+    return sure;
+}
+/// What is sure, but for the lanes in which it is asked for in vain: there, what `look` finds.
+template <int W, class Look>
+FILIPPOV_INLINE LaneMask<W> surely(const LaneMask<W>& plainly, const LaneMask<W>& asked,
+                                   const Look& look) {
+    const LaneMask<W> open = asked & ~plainly;
+    return any(open) ? plainly | (open & look()) : plainly;
+}
+
 /// `from`, put on the surface where it may be moved: at a start by a tolerance, after a step as
 /// `may_be_put_on` says.
 /// @param landed    where `from` is the end of a step, at t
@@ -130,6 +197,7 @@ FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, cons
                                                        const LaneMask<W>& where) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
+    using X = Vec<T, N>;
     const Sys& sys = run.sys;
     const auto& p = g.p();
     const T t = g[time] + select(where, at.dt, T(0));
@@ -149,10 +217,15 @@ FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, cons
     const Mask held =
         (limit > T(1)) & (b.l1 > b.l2) & (abs(c.s) < limit * T(1 - 16 * epsilon<double>));
     const Mask slides = (up1 & ~up2) | held, repels = ~up1 & up2;
-    c.plain = (abs(b.l1) > size.least) & (abs(b.l2) > size.least) & size.finite & ~repels &
-              (abs(c.h) <= T(4) * met);
+    c.plain = size.finite & ~repels & (abs(c.h) <= T(4) * met);
     if constexpr (Side != 0) // it comes from there
         c.plain = c.plain & (Side < 0 ? up1 : ~up2);
+    const auto sure = [&](bool below, const X& f, const T& l) {
+        return surely(Mask(abs(l) > size.least), where & g.members() & c.plain, [&] {
+            return decides(sys, g, Leading<1, Sys, W>{Mask(below), t, c.x, f, l}, size.band);
+        });
+    };
+    c.plain = c.plain & sure(true, b.f1, b.l1) & sure(false, b.f2, b.l2);
     c.mode = select(slides, T(0), select(up1, T(1), T(-1)));
     for (int i = 0; i < N; ++i)
         c.f[i] =
@@ -199,18 +272,33 @@ judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x
           const Lanes<W>& sign, const Lanes<W>& slope) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
+    using X = Vec<T, N>;
     const auto& p = g.p();
     const Sides<Sys, T> b = both_sides(run.sys, Mode<1>{}, 0, t, x, p);
     const Mask below = sign > T(0), kinetic = s_max(run.sys, p) > T(1);
     const T tau = g[proposal], w = b.l1 - b.l2;
     const T own = sign * select(below, b.l1, b.l2), other = -sign * select(below, b.l2, b.l1);
     const Plainly<W> size = plainly(b, rounding_band(run.sys, 0, t, x, p), tau);
-    const T curvature = T(0.5) * slope * w * tau * tau;
-    const Mask turns_away = -curvature > plain_bend(size.band);
+    const T bend = T(0.5) * slope * w; // sign h'' of this side
     Exit<W, N> e;
-    e.plain = (w > T(0)) & size.finite &
-              ((~kinetic & turns_away & (other > size.least)) | (kinetic & (-own > size.least)));
     e.f = select_each(below, b.f1, b.f2);
+    e.plain =
+        (w > T(0)) & size.finite & (select(kinetic, own, bend) < T(0)) & (kinetic | (other > T(0)));
+    const Mask wanted = e.plain & g.members();
+    const auto first = [&](const Mask& side, const X& f, const T& l) {
+        return decides(run.sys, g, Leading<1, Sys, W>{side, t, x, f, l}, size.band);
+    };
+    const Mask leads_away = surely(Mask(-own > size.least), wanted & kinetic,
+                                   [&] { return first(below, e.f, T(sign * own)); });
+    const Mask turns_away =
+        surely(Mask(-(bend * tau * tau) > plain_bend(size.band)), wanted & ~kinetic, [&] {
+            const Leading<2, Sys, W> side{below, t, x, e.f, T(sign * bend)};
+            return decides(run.sys, g, side, size.band);
+        });
+    const Mask holds = surely(Mask(other > size.least), wanted & ~kinetic, [&] {
+        return first(~below, select_each(below, b.f2, b.f1), T(-sign * other));
+    });
+    e.plain = e.plain & ((kinetic & leads_away) | (~kinetic & turns_away & holds));
     e.h = -sign * switching(run.sys, t, x, p)[0];
     return e;
 }
