@@ -201,6 +201,7 @@ public:
     static constexpr int surfaces = M;
     static constexpr bool exact = M == 1 && N <= most_exact_dims,
                           lanes = M == 1 && N <= most_lane_dims;
+    static constexpr bool sides_are_data = true;
     static constexpr std::array<std::string_view, std::size_t(P)> params{}; ///< how many fit
     /// What is compiled for; `kind` says what is so.
     static constexpr auto kinds = [] {

@@ -110,6 +110,10 @@ inline constexpr bool has_jumps_v = [] {
 template <class Sys>
 inline constexpr bool single_v = surfaces_v<Sys> == 1 && kinds_v<Sys>[0] == SurfaceKind::switching;
 
+/// True of a system whose sides are data, as those of formulas: nothing need be compiled for each.
+template <class Sys>
+inline constexpr bool sides_are_data_v = requires { requires Sys::sides_are_data; };
+
 template <class Sys, class S> using State = Vec<S, dim_v<Sys>>;
 template <class Sys, class S> using Params = Vec<S, params_v<Sys>>;
 

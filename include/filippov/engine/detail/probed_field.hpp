@@ -26,7 +26,7 @@ Slopes<S, dim_v<Sys>> slopes_at(const Place<Sys, S>& at, const S& t, const State
 } // namespace detail
 
 /// A one-sided field.
-/// @tparam Side  of the one surface; 0: there are several, and the mode says on which sides
+/// @tparam Side  of the one surface; 0: the mode says on which sides
 template <int Side, class Sys, class S, class Guards> struct SideField {
     using X = State<Sys, S>;
     static constexpr bool slides = false;
@@ -101,7 +101,7 @@ template <class Sys, class S, class Guards, class Use>
 FILIPPOV_INLINE void field_of_mode(const Place<Sys, S>& at, Guards& guards, Use use) {
     if (at.mode.sliding() > 0)
         return use(SlideField<Sys, S, Guards>{at, guards});
-    if constexpr (HasSides<Sys, S>) {
+    if constexpr (HasSides<Sys, S> && !sides_are_data_v<Sys>) {
         if (at.mode[0] < 0)
             use(SideField<-1, Sys, S, Guards>{at, guards});
         else

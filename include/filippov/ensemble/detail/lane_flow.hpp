@@ -76,17 +76,17 @@ private:
         case Task::start:
             return slip_.begin(g);
         case Task::slip_below:
-            return slip_.template step<-1>(g);
         case Task::slip_above:
-            return slip_.template step<+1>(g);
+            return on_side(task == Task::slip_below ? -1 : +1,
+                           [&](auto side) { return slip_.step(g, side); });
         case Task::fall_below:
-            return slip_.template fall<-1>(g);
         case Task::fall_above:
-            return slip_.template fall<+1>(g);
+            return on_side(task == Task::fall_below ? -1 : +1,
+                           [&](auto side) { return slip_.fall(g, side); });
         case Task::event_below:
-            return slip_.template meet<-1>(g);
         case Task::event_above:
-            return slip_.template meet<+1>(g);
+            return on_side(task == Task::event_below ? -1 : +1,
+                           [&](auto side) { return slip_.meet(g, side); });
         case Task::slide:
             return slides_.step(g);
         case Task::slide_end:
@@ -94,6 +94,13 @@ private:
         default: // no list
             return Leaving(g.active);
         }
+    }
+    /// Calls work(side), with a side that is known when this is compiled unless it is data.
+    template <class Work> static Leaving on_side(int side, const Work& work) {
+        if constexpr (sides_are_data_v<Sys>)
+            return work(side);
+        else
+            return side < 0 ? work(lanes::Known<-1>{}) : work(lanes::Known<+1>{});
     }
     /// Takes a member out of its lane, to what is to be done with it next.
     void send_on(Group& g, int l, Task next, bool starts) {

@@ -189,11 +189,11 @@ template <int W, int N> struct Contact {
     Lanes<W> s, w;      ///< of a slide, and L1 - L2
 };
 /// The first-order case of `admissible`: both normal components plainly not zero.
-/// @tparam Side   from which the solution comes; 0: it starts here
-/// @param  where  it took all of the step `at`; elsewhere none
-template <int Side, class Sys, int W, int N>
+/// @param side   from which the solution comes; 0: it starts here
+/// @param where  it took all of the step `at`; elsewhere none
+template <class Sys, int W, int N>
 FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g,
-                                                       const Landing<W, N>& at,
+                                                       int side, const Landing<W, N>& at,
                                                        const LaneMask<W>& where) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
@@ -205,7 +205,7 @@ FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, cons
     const T rounding = rounding_band(sys, 0, t, at.x, p);
     const T rate = normal_component(sys, 0, t, at.x, p, at.field);
     const T met = rounding + T(8 * epsilon<double>) * abs(t * rate);
-    c.x = settled(run, g, at, t, Side == 0 ? Mask(false) : where, met);
+    c.x = settled(run, g, at, t, side == 0 ? Mask(false) : where, met);
     c.h = switching(sys, t, c.x, p)[0];
     const Sides<Sys, T> b = both_sides(sys, Mode<1>{}, 0, t, c.x, p);
     const Plainly<W> size = plainly(b, rounding, g[proposal]);
@@ -218,8 +218,8 @@ FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, cons
         (limit > T(1)) & (b.l1 > b.l2) & (abs(c.s) < limit * T(1 - 16 * epsilon<double>));
     const Mask slides = (up1 & ~up2) | held, repels = ~up1 & up2;
     c.plain = size.finite & ~repels & (abs(c.h) <= T(4) * met);
-    if constexpr (Side != 0) // it comes from there
-        c.plain = c.plain & (Side < 0 ? up1 : ~up2);
+    if (side != 0) // it comes from there
+        c.plain = c.plain & (side < 0 ? up1 : ~up2);
     const auto sure = [&](bool below, const X& f, const T& l) {
         return surely(Mask(abs(l) > size.least), where & g.members() & c.plain, [&] {
             return decides(sys, g, Leading<1, Sys, W>{Mask(below), t, c.x, f, l}, size.band);

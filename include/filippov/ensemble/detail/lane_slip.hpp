@@ -6,7 +6,12 @@
 
 namespace filippov::lanes {
 
+/// A side of the surface that is known when this is compiled: for steps, which are most of the
+/// work.
+template <int side> using Known = std::integral_constant<int, side>;
+
 /// The tasks of members in slip, a group at a time. Each says who does not stay for another trip.
+/// Those on one side are told on which, -1 or +1, as an int, or as Known.
 template <class Sys, int W, class Tableau> class Slip {
     static constexpr int N = dim_v<Sys>;
     using Group = lanes::Group<Sys, W>;
@@ -45,7 +50,7 @@ public:
             atol[i] = T(run_.settings.atol[i]);
         const Mask on = abs(value) <= start_band(sys_, 0, t, x, p, atol);
         const Mask below = value < T(0);
-        const X f = side(below, t, x, p);
+        const X f = field(below, t, x, p);
         const T natural = first_step(g, x, p, f, below);
         const T first = run_.settings.first_step > 0 ? T(run_.settings.first_step) : natural;
         const StepControl<Tableau, T> control;
@@ -56,7 +61,7 @@ public:
         g[start_order] = T(0);
         g.set_k0(f, ~on);
         g.set(start_value, abs(value), ~on);
-        Contact c = judge<0>(run_, g, Landing{x, f, T(0)}, on);
+        Contact c = judge(run_, g, 0, Landing{x, f, T(0)}, on);
         c.mode = select(on, c.mode, select(below, T(-1), T(1)));
         c.plain = (on & c.plain) | (~on & finite(sum(f)) & (abs(value) < infinity<W>()));
         take_up(g, c, on & c.plain);
@@ -67,7 +72,7 @@ public:
 
     /// A trial step of every lane. It is taken, or to be tried shorter, or in doubt: then it goes
     /// to those who look for events.
-    template <int Side> FILIPPOV_FLATTEN Leaving step(Group& g) const {
+    template <class Side> FILIPPOV_FLATTEN Leaving step(Group& g, Side side) const {
         const X x = g.x();
         const Q& p = g.p();
         const Trial<T> r = next_trial(g[proposal], T(g[longest_step]), g[reach], g[left]);
@@ -79,8 +84,8 @@ public:
         guard.start = g[start_value];
         guard.order = g[start_order];
         const auto rhs = [&](std::size_t k, const T& tau, const X& y) FILIPPOV_LAMBDA_INLINE {
-            guard.probe[k] = T(Side) * h(tau, y, p);
-            return side<Side>(tau, y, p);
+            guard.probe[k] = T(side) * h(tau, y, p);
+            return field(side, tau, y, p);
         };
         X x1;
         rk.step(rhs, t, x, dt, x1);
@@ -108,8 +113,8 @@ public:
         if (leaving.lanes == 0)
             return leaving;
         if (run_.linear_h) [[likely]]
-            leaving.send(doubt & falls_through<Side>(g, rk, guard, dt, x1, p), fall_task(Side));
-        leaving.send(doubt, event_task(Side));
+            leaving.send(doubt & falls_through(g, rk, guard, dt, x1, p, side), fall_task(side));
+        leaving.send(doubt, event_task(side));
         leaving.send(gone, Task::escape);
         leaving.send(ended, Task::end_leg);
         return leaving;
@@ -117,43 +122,43 @@ public:
 
     /// A step that falls through the surface: its end is sought at once. Where that is not found as
     /// plainly, it is looked along like any other step in doubt.
-    template <int Side> FILIPPOV_FLATTEN Leaving fall(Group& g) const {
+    template <class Side> FILIPPOV_FLATTEN Leaving fall(Group& g, Side side) const {
         const Q& p = g.p();
         Rk rk;
         rk.k[0] = g.k0();
         Landing at{g.x(), g.k0(), g[trial]};
-        const Mask landed = land_on_surface<Side>(rk, g, foreseen<Side>(g, p), Mask(true), at);
-        const Contact contact = judge<Side>(run_, g, at, landed);
+        const Mask landed = land_on_surface(rk, g, side, foreseen(g, p, side), Mask(true), at);
+        const Contact contact = judge(run_, g, side, at, landed);
         const Mask met = landed & contact.plain;
         advance(g, at.dt, met);
         take_up(g, contact, met);
         Leaving leaving(g.active);
         send_on(leaving, contact, met);
-        leaving.send(Mask(true), event_task(Side));
+        leaving.send(Mask(true), event_task(side));
         return leaving;
     }
 
     /// A step in doubt: taken again, looked along, and ended at the event if there is one.
-    template <int Side> FILIPPOV_FLATTEN Leaving meet(Group& g) const {
+    template <class Side> FILIPPOV_FLATTEN Leaving meet(Group& g, Side side) const {
         const Q& p = g.p();
         const T t = g[time], dt = g[trial];
         Rk rk;
         rk.k[0] = g.k0();
         Landing at;
         at.dt = dt;
-        take_again<Side>(rk, g, dt, at.x);
+        take_again(rk, g, side, dt, at.x);
         const X full = at.x, full_field = rk.k[Rk::last];
         at.field = full_field;
-        const auto path = path_of<Side>(rk, g, dt, full);
+        const auto path = path_of(rk, g, side, dt, full);
         run_.counters.searches += std::popcount(g.active);
 
         const Mask rooted = g[start_order] > T(0), twice = g[start_order] > T(1);
         const T offset = select(rooted, g[start_value], T(0));
         const auto guard = [&](const T& u) {
-            const T raw = T(Side) * h(fused(u, dt, t), path(u), p) - offset;
+            const T raw = T(side) * h(fused(u, dt, t), path(u), p) - offset;
             return raw / select(twice, u * u, select(rooted, u, T(1)));
         };
-        const T end = T(Side) * h(t + dt, full, p);
+        const T end = T(side) * h(t + dt, full, p);
         Look look = run_.linear_h ? look_along(guard, g[start_value], end - offset, rooted)
                                   : look_closely(guard, g[start_value], end - offset, rooted);
         const T at_root = root(look, 1e-6, guard);
@@ -161,8 +166,8 @@ public:
             look.hard = look.hard | (look.found & ~falls_smoothly(at_root, guard));
             look.settle();
         }
-        const Mask landed = land_on_surface<Side>(rk, g, at_root * dt, look.found, at);
-        const Contact contact = judge<Side>(run_, g, at, landed);
+        const Mask landed = land_on_surface(rk, g, side, at_root * dt, look.found, at);
+        const Contact contact = judge(run_, g, side, at, landed);
 
         const Mask met = landed & contact.plain, passes = ~(look.hard | look.found);
         const Mask last = passes & (dt >= g[left]), gone = passes & beyond_bounds(run_, full);
@@ -176,50 +181,48 @@ public:
         send_on(leaving, contact, met);
         leaving.send(gone, Task::escape);
         leaving.send(last, Task::end_leg);
-        leaving.send(passes, slip_task(Side));
+        leaving.send(passes, slip_task(side));
         return leaving;
     }
 
 private:
     /// A step of the group once more, not probed. No part of its callers: these take it in several
     /// places, and a step is the largest piece of code there is.
-    template <int Side>
-    FILIPPOV_FLATTEN FILIPPOV_NOINLINE void take_again(Rk& rk, const Group& g, const T& dt,
-                                                       X& x1) const {
-        const auto field = field_of<Side>(g.p());
+    template <class Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE void take_again(Rk& rk, const Group& g, Side side,
+                                                       const T& dt, X& x1) const {
+        const auto field = field_of(side, g.p());
         rk.step(field, g[time], g.x(), dt, x1);
     }
     /// The interpolant over it, the same.
-    template <int Side>
-    FILIPPOV_FLATTEN FILIPPOV_NOINLINE auto path_of(Rk& rk, const Group& g, const T& dt,
+    template <class Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE auto path_of(Rk& rk, const Group& g, Side side, const T& dt,
                                                     const X& x1) const {
-        const auto field = field_of<Side>(g.p());
+        const auto field = field_of(side, g.p());
         return rk.interpolant(field, g[time], g.x(), dt, x1);
     }
     /// Shortens a step until it ends where h is zero: see `land`.
-    template <int Side>
-    FILIPPOV_FLATTEN FILIPPOV_NOINLINE Mask land_on_surface(Rk& rk, const Group& g, const T& d,
-                                                            const Mask& wanted, Landing& at) const {
+    template <class Side>
+    FILIPPOV_FLATTEN FILIPPOV_NOINLINE Mask land_on_surface(Rk& rk, const Group& g, Side side,
+                                                            const T& d, const Mask& wanted,
+                                                            Landing& at) const {
         const Q& p = g.p();
-        const auto take = [&](const T& length, X& x1) { take_again<Side>(rk, g, length, x1); };
+        const auto take = [&](const T& length, X& x1) { take_again(rk, g, side, length, x1); };
         const auto to_surface = [&](const Landing& tried) {
             const T end = g[time] + tried.dt;
             return -h(end, tried.x, p) / normal_component(sys_, 0, end, tried.x, p, tried.field);
         };
         return land(run_, g, rk, take, d, wanted, at, Target{1e-3, to_surface});
     }
-    template <int Side> auto field_of(const Q& p) const {
-        return [this, &p](std::size_t, const T& tau, const X& y)
-                   FILIPPOV_LAMBDA_INLINE { return side<Side>(tau, y, p); };
+    template <class Side> auto field_of(Side side, const Q& p) const {
+        return [this, side, &p](std::size_t, const T& tau, const X& y)
+                   FILIPPOV_LAMBDA_INLINE { return field(side, tau, y, p); };
     }
-    template <int Side> FILIPPOV_INLINE X side(const T& t, const X& x, const Q& p) const {
-        if constexpr (Side < 0)
-            return sys_.f1(t, x, p);
-        else
-            return sys_.f2(t, x, p);
+    FILIPPOV_INLINE X field(int side, const T& t, const X& x, const Q& p) const {
+        return side < 0 ? sys_.f1(t, x, p) : sys_.f2(t, x, p);
     }
-    X side(const Mask& below, const T& t, const X& x, const Q& p) const {
-        return select_each(below, side<-1>(t, x, p), side<+1>(t, x, p));
+    X field(const Mask& below, const T& t, const X& x, const Q& p) const {
+        return select_each(below, sys_.f1(t, x, p), sys_.f2(t, x, p));
     }
     FILIPPOV_INLINE T h(const T& t, const X& x, const Q& p) const {
         return switching(sys_, t, x, p)[0];
@@ -282,7 +285,7 @@ private:
         X y;
         for (int i = 0; i < N; ++i)
             y[i] = fused(h0, f[i], x[i]);
-        const X change = side(below, g[time] + h0, y, p) - f;
+        const X change = field(below, g[time] + h0, y, p) - f;
         const T d2 = mean_square(run_, change, size) / (h0 * h0);
         const T found = sqrt(min(T(d0 / d1), T(sqrt(d0 / d2))));
         const Mask steady = d2 * span * span <= T(1e-18) * d1;
@@ -304,20 +307,19 @@ private:
 
     /// Where a step falls through the surface, once and all the way: from stage to stage, with
     /// slopes at both ends that lead down. Its end is left in the group.
-    template <int Side>
     FILIPPOV_INLINE Mask falls_through(Group& g, const Rk& rk, const Probed& guard, const T& dt,
-                                       const X& x1, const Q& p) const {
+                                       const X& x1, const Q& p, int side) const {
         // the clock of a step in doubt has not moved
         const T end = g[time] + dt;
         g[fall_end] = guard.end();
-        g[fall_slope] = T(Side) * normal_component(sys_, 0, end, x1, p, rk.k[Rk::last]);
-        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        g[fall_slope] = T(side) * normal_component(sys_, 0, end, x1, p, rk.k[Rk::last]);
+        const T slope0 = T(side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
         return guard.falls() & (slope0 < T(0)) & (g[fall_slope] < T(0)) & (g[fall_end] < T(0));
     }
     /// When a falling guard is zero, by Newton on the cubic through its ends.
-    template <int Side> T foreseen(const Group& g, const Q& p) const {
+    T foreseen(const Group& g, const Q& p, int side) const {
         const T dt = g[trial], h0 = g[start_value], rise = g[fall_end] - h0;
-        const T slope0 = T(Side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
+        const T slope0 = T(side) * normal_component(sys_, 0, g[time], g.x(), p, g.k0());
         const T bend = fused(dt, slope0, -rise), tilt = fused(-dt, g[fall_slope], rise) - bend;
         T u = h0 / -rise;
         for (int k = 0; k < 3; ++k) {

@@ -114,7 +114,9 @@ FILIPPOV_INLINE Lanes<W> step_error(const Run<Sys>& run, const RungeKutta<Tablea
                                     const Vec<Lanes<W>, N>& x, const Vec<Lanes<W>, N>& x1,
                                     const Lanes<W>& dt) {
     Vec<Lanes<W>, N> weight = scale_of_step(run.settings, x, x1);
-    const Lanes<W> weighted = dt * Lanes<W>(run.weight);
+    Lanes<W> weighted = dt;
+    if constexpr (requires { run.sys.components(); })
+        weighted *= Lanes<W>(run.weight);
     for (int i = 0; i < N; ++i)
         weight[i] = weighted / weight[i];
     return Tableau::squared_error(rk, weight);
