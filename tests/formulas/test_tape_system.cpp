@@ -10,6 +10,8 @@
 #include <filippov/models/blocks.hpp>
 #include <filippov/orbits/any_system.hpp>
 
+#include <limits>
+#include <numbers>
 #include <vector>
 
 using namespace filippov;
@@ -43,7 +45,6 @@ void same_runs(const A& a, const B& b, const Vec<double, N>& x0, double t_end, d
         CHECK((e.x_right - f.x_right).norm() < 1e-11 * (1 + f.x_right.norm()));
         CHECK(e.mode_after.code(m) == f.mode_after.code(m));
     }
-    // Of formulas no s is vouched for: a slide in closed form has a short first step.
     CHECK(std::abs(mine.result.counters.steps - other.result.counters.steps) <=
           std::max(static_cast<long long>(mine.events.size()), other.result.counters.steps / 1000));
 }
@@ -93,6 +94,70 @@ TEMPLATE_TEST_CASE("tape system: runs as the model does", "[formulas]", DormandP
     CHECK(is_forced<double>(formulas));
     for (const double tol : {1e-6, 1e-10})
         same_runs<TestType>(formulas, models::Oscillator{}, V2(0.5, 0.2), 100, tol);
+}
+
+namespace {
+
+/// A block on a belt of speed 1 that slides along y = y0 + t, with a push in place of the forcing.
+template <class Push> TapeProgram pushed_block(const Push& push) {
+    Definition d;
+    d.dim = 2;
+    d.param_names = {"A", "omega"};
+    d.defaults = {0.5, 3};
+    Graph& g = d.graph;
+    const Expr v = g.state(1), u = g.sub(v, g.constant(1));
+    split(d, std::vector<Expr>{v, g.sub(push(g), g.unary(Op::sign, u))}, std::vector<Expr>{u});
+    return TapeProgram(d, 32);
+}
+/// How soon s may turn; negative where nothing is known of it.
+double swing_of(const TapeProgram& program) {
+    if (program.swing < 0)
+        return -1;
+    std::vector<double> p(32, 0.0);
+    p[0] = 0.5;
+    p[1] = 3;
+    const V2 x(0, 0);
+    program.derived.run(0.0, x.data(), p.data(), p.data() + 2);
+    return p[std::size_t(program.swing)];
+}
+
+} // namespace
+
+TEST_CASE("tape system: s of a line and waves of one frequency turns after half a period",
+          "[formulas]") {
+    const double pi = std::numbers::pi;
+    const auto wave = [](Graph& g, double factor) {
+        return g.mul(g.param(0),
+                     g.unary(Op::cos, g.mul(g.mul(g.constant(factor), g.param(1)), g.time())));
+    };
+    const auto swing = [](const auto& push) { return swing_of(pushed_block(push)); };
+    CHECK(swing([&](Graph& g) { return wave(g, 1); }) == Approx(pi / 3));
+    CHECK(swing([&](Graph& g) { return wave(g, -2); }) == Approx(pi / 6));
+    // a line, and a wave of another phase beside it
+    CHECK(swing([&](Graph& g) {
+              const Expr turned = g.unary(Op::sin, g.add(g.mul(g.param(1), g.time()), g.param(0)));
+              return g.div(g.sub(g.add(wave(g, 1), turned), g.state(0)), g.param(0));
+          }) == Approx(pi / 3));
+    // a wave in space, which the block passes with the belt's speed
+    CHECK(swing([&](Graph& g) { return g.unary(Op::sin, g.mul(g.constant(4), g.state(0))); }) ==
+          Approx(pi / 4));
+    // nothing turns
+    CHECK(swing([](Graph& g) { return g.neg(g.state(0)); }) ==
+          std::numeric_limits<double>::infinity());
+    // two frequencies, a wave that grows, a spring that is not linear, a weight that is not
+    // constant
+    CHECK(swing([&](Graph& g) { return g.add(wave(g, 1), wave(g, 2)); }) < 0);
+    CHECK(swing([&](Graph& g) { return g.mul(g.time(), wave(g, 1)); }) < 0);
+    CHECK(swing([&](Graph& g) { return g.mul(g.state(0), g.state(0)); }) < 0);
+    CHECK(swing([&](Graph& g) { return g.unary(Op::cos, g.mul(g.time(), g.time())); }) < 0);
+    CHECK(swing([&](Graph& g) {
+              return g.mul(g.unary(Op::cos, g.time()),
+                           g.unary(Op::sign, g.sub(g.state(1), g.constant(1))));
+          }) < 0);
+    const auto formulas = tests::tape_system<2>(tests::oscillator_formulas());
+    const models::Oscillator model;
+    CHECK(formulas.slide_swing(all_params<double>(formulas, default_values(formulas))) ==
+          Approx(model.slide_swing(default_params<models::Oscillator>())));
 }
 
 TEMPLATE_TEST_CASE("tape system: several surfaces, compiled for more than there are", "[formulas]",

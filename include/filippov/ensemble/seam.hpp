@@ -147,6 +147,7 @@ inline void add_tapes(SeamFacts& facts) {
     facts.add("TapeProgram::normal", offsetof(TapeProgram, normal));
     facts.add("TapeProgram::slide", offsetof(TapeProgram, slide));
     facts.add("TapeProgram::constant_slide", offsetof(TapeProgram, constant_slide));
+    facts.add("TapeProgram::swing", offsetof(TapeProgram, swing));
 }
 
 #if defined(__GNUC__)

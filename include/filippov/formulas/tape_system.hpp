@@ -2,6 +2,7 @@
 // Systems that are known at run time only, as tapes.
 #pragma once
 
+#include <filippov/formulas/detail/slide_swing.hpp>
 #include <filippov/formulas/split.hpp>
 #include <filippov/formulas/tape_writer.hpp>
 #include <filippov/sliding/sliding.hpp>
@@ -15,7 +16,8 @@ namespace filippov {
 ///
 /// On one surface whose gradient has one component, a constant, that component of the state is
 /// known in a slide, and what is asked for there is written without it: s, and the sliding field. A
-/// constant sliding field is a slide in closed form.
+/// constant sliding field is a slide in closed form if formulas show how soon s may turn: then
+/// nothing has to be looked for between its probes.
 class TapeProgram {
 public:
     /// @param capacity  parameters and what is derived from them, at most
@@ -100,6 +102,7 @@ public:
     Tape normal; ///< L1 and L2 in a slide
     Tape slide;  ///< the sliding field
     bool constant_slide = false;
+    int swing = -1; ///< where it is told how soon s may turn in a constant slide; -1: nowhere
 
 private:
     /// It with factors 1/p in place of divisions by what is known before.
@@ -182,6 +185,9 @@ private:
         }
         // A surface that moves evenly carries its component along: also a constant field.
         slide = tape(f);
+        if (constant_slide)
+            if (const auto soon = detail::SlideWaves(graph, f).swing(l1, l2))
+                swing = derived_.place(*soon);
     }
 
     Derived derived_;
@@ -365,12 +371,18 @@ public:
         return field(program_->slide, t, x, p);
     }
     bool has_linear_h() const { return program_->linear_h; }
-    bool has_sliding_flow() const { return program_->constant_slide; }
+    bool has_sliding_flow() const { return program_->swing >= 0; }
     template <class S>
     X<S> sliding_flow(const S& t, const X<S>& x, const Q<S>& p, const S& dt) const
         requires(M == 1)
     {
         return x + dt * field(program_->slide, t, x, p);
+    }
+    template <class S>
+    S slide_swing(const Q<S>& p) const
+        requires(M == 1)
+    {
+        return p[program_->swing];
     }
 
 private:
