@@ -2,6 +2,7 @@
 // Systems that are known at run time only, as tapes.
 #pragma once
 
+#include <filippov/formulas/detail/quick_sums.hpp>
 #include <filippov/formulas/detail/slide_swing.hpp>
 #include <filippov/formulas/split.hpp>
 #include <filippov/formulas/tape_writer.hpp>
@@ -34,6 +35,15 @@ public:
                 quick.push_back(without_divisions(graph, e));
             return write_tape(graph, quick, &derived_);
         };
+        const auto field_tape = [&](std::span<const Expr> outputs) {
+            std::vector<Expr> quick;
+            for (const Expr e : outputs)
+                quick.push_back(without_divisions(graph, e));
+            detail::QuickSums sums(graph, quick);
+            for (Expr& e : quick)
+                e = sums(e, derived_.room());
+            return write_tape(graph, quick, &derived_);
+        };
         const std::vector<Expr> x = states(d);
         h = tape(d.h);
         if (d.surfaces() == 1)
@@ -51,7 +61,7 @@ public:
                 linear_h = linear_h && !graph.varies(slope);
         }
         for (const auto& f : d.region)
-            region.push_back(tape(f));
+            region.push_back(field_tape(f));
         for (const auto& after : d.jump)
             jump.push_back(tape(after));
         if (d.layer.size() > std::size_t(most_split_surfaces))
@@ -71,7 +81,7 @@ public:
         for (const SurfaceKind k : kind)
             splits += k != SurfaceKind::jump;
         if (d.surfaces() == 1 && d.kind[0] == SurfaceKind::switching)
-            write_slide(d, tape);
+            write_slide(d, field_tape);
         derived = write_tape(graph, derived_.all());
     }
 

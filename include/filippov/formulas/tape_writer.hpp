@@ -31,6 +31,8 @@ public:
     }
     std::span<const Expr> all() const { return all_; }
     int given() const { return given_; }
+    /// How many more there may be.
+    std::size_t room() const { return std::size_t(capacity_ - given_) - all_.size(); }
 
 private:
     int given_, capacity_;
