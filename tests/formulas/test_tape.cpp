@@ -6,6 +6,8 @@
 #include <filippov/core/lanes.hpp>
 #include <filippov/formulas/tape_writer.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -127,6 +129,69 @@ TEST_CASE("Tape: a lane computes what a number does", "[formulas]") {
         const T all = ran<T>(tape, T(0.3), {x, T(-0.4)}, {T(0.9)});
         for (int l = 0; l < 8; ++l)
             CHECK(all[l] == ran<double>(tape, 0.3, {number(l), -0.4}, {0.9}));
+    }
+}
+
+TEST_CASE("Tape: plain numbers take steps that compute what the loop does, to the bit",
+          "[formulas]") {
+    std::mt19937_64 random(2718);
+    const std::vector<double> x{0.6, -0.4}, p{0.9};
+    for (int k = 0; k < 300; ++k) {
+        CAPTURE(k);
+        Graph g;
+        std::vector<Expr> outputs{g.state(1), g.param(0), g.time(), g.constant(3)};
+        for (int i = 0; i < 3; ++i)
+            outputs.push_back(random_formula(g, random, 1 + k % 100));
+        outputs.push_back(outputs[std::size_t(random() % outputs.size())]); // one twice
+        outputs.push_back(g.sub(outputs[4], g.mul(g.time(), outputs[5])));
+        std::shuffle(outputs.begin(), outputs.end(), random);
+        const Tape tape = write_tape(g, outputs);
+        std::vector<double> steps(outputs.size()), loop(outputs.size());
+        tape.run(0.3, x.data(), p.data(), steps.data());
+        tape.run_in_loop(0.3, x.data(), p.data(), loop.data());
+        for (std::size_t i = 0; i < outputs.size(); ++i)
+            CHECK(steps[i] == loop[i]);
+    }
+}
+
+TEST_CASE("Tape: steps for every operation and every place of its operands", "[formulas]") {
+    Graph g;
+    const double t = 0.7;
+    const std::vector<double> x{0.6, 0.45}, p{0.9, 0.3};
+    const std::vector<Expr> places{g.state(0),
+                                   g.param(0),
+                                   g.time(),
+                                   g.constant(0.35),
+                                   g.unary(Op::sqrt, g.state(1)),
+                                   g.mul(g.param(1), g.state(1))};
+    const auto same = [&](Expr e) {
+        const Tape tape = write_tape(g, std::array{e, g.mul(e, e)});
+        std::array<double, 2> steps{}, loop{};
+        tape.run<2>(t, x.data(), p.data(), steps.data());
+        tape.run_in_loop(t, x.data(), p.data(), loop.data());
+        CHECK(steps == loop);
+        CHECK(steps[0] == Approx(g.value(e, t, x, p)).epsilon(1e-12).margin(1e-12));
+    };
+    for (const Expr a : places) {
+        for (const Op op : functions)
+            same(g.unary(op, a));
+        same(g.pow(a, g.constant(3)));
+        for (const Expr b : places) {
+            same(g.add(a, b));
+            same(g.sub(a, b));
+            same(g.mul(a, b));
+            same(g.div(a, b));
+            same(g.pow(a, b));
+            same(g.unary(Op::sin, g.mul(a, b)));
+            same(g.unary(Op::cos, g.mul(a, b)));
+            for (const Expr c : places) {
+                same(g.add(g.mul(a, b), c));
+                same(g.sub(g.mul(a, b), c));
+                same(g.sub(c, g.mul(a, b)));
+                same(g.add(g.div(a, b), c));
+                same(g.where(g.step(g.sub(a, b)), c, b));
+            }
+        }
     }
 }
 

@@ -7,107 +7,17 @@
 
 #include <filippov/core/elementary.hpp>
 #include <filippov/core/scalar.hpp>
+#include <filippov/formulas/detail/instruction.hpp>
+#include <filippov/formulas/detail/tape_steps.hpp>
 #include <filippov/formulas/external.hpp>
 
-#include <cstdint>
+#include <algorithm>
+#include <concepts>
 #include <limits>
 #include <memory>
 #include <vector>
 
 namespace filippov {
-
-namespace detail {
-
-/// Instructions. `_a` has the last result for its (first) operand, `_ra` for its second; k is a
-/// constant.
-enum class Code : std::uint8_t {
-    halt,
-    set, // k
-    add,
-    add_a,
-    add_k,
-    add_ka,
-    sub,
-    sub_a,
-    sub_ra,
-    sub_k, // k - a
-    sub_ka,
-    mul,
-    mul_a,
-    mul_k,
-    mul_ka,
-    div,
-    div_a,
-    div_ra,
-    div_k, // k / a
-    div_ka,
-    // a b + c, a b - c and c - a b, see `fused`; `_a` has a at hand, `_ra` has c
-    mul_add,
-    mul_add_a,
-    mul_add_ra,
-    mul_sub,
-    mul_sub_a,
-    mul_sub_ra,
-    sub_mul,
-    sub_mul_a,
-    sub_mul_ra,
-    div_add, // a / b + c; `_a` has b at hand, `_ra` has c
-    div_add_a,
-    div_add_ra,
-    pow,
-    where,
-    powi,
-    powi_a,
-    neg,
-    neg_a,
-    sqrt,
-    sqrt_a,
-    exp,
-    exp_a,
-    log,
-    log_a,
-    sin,
-    sin_a,
-    cos,
-    cos_a,
-    sin_mul, // of a b
-    sin_mul_a,
-    cos_mul,
-    cos_mul_a,
-    tan,
-    tan_a,
-    asin,
-    asin_a,
-    atan,
-    atan_a,
-    sinh,
-    sinh_a,
-    cosh,
-    cosh_a,
-    tanh,
-    tanh_a,
-    magnitude,
-    magnitude_a,
-    sign,
-    sign_a,
-    call, // external function a, into as many slots as it has outputs; nothing is at hand after it
-};
-
-/// Where an operand is.
-struct Operand {
-    enum Space : std::uint16_t { slot, state, param, time, nowhere };
-    Space space = nowhere;
-    std::uint16_t index = 0;
-};
-
-struct Instruction {
-    Code code = Code::halt;
-    std::uint16_t slot = 0; ///< of the result
-    Operand a{}, b{}, c{};  ///< (an exponent is the index of b)
-    double k = 0;
-};
-
-} // namespace detail
 
 /// A program that computes some expressions. `write_tape` makes it of them; without any it does
 /// nothing.
@@ -117,8 +27,23 @@ public:
 
     /// @param x    state, and p: parameters with what is derived from them
     /// @param out  one entry an output; not x
+    /// @tparam Outputs  how many there are, where that is known
     /// @cost no allocation, except for derivatives of external functions
-    template <class S> void run(const S& t, const S* x, const S* p, S* out) const {
+    template <int Outputs = -1, class S>
+    FILIPPOV_INLINE void run(const S& t, const S* x, const S* p, S* out) const {
+        if constexpr (std::same_as<S, double>) {
+            if (n_numbers_ <= few) [[likely]]
+                take_steps<few, Outputs>(t, x, p, out);
+            else if constexpr (Outputs < 0)
+                take_many_steps(t, x, p, out);
+            else
+                take_many_steps_singly<Outputs>(t, x, p, out);
+        } else {
+            run_in_loop(t, x, p, out);
+        }
+    }
+    /// The same by a loop over the instructions, whatever the scalar.
+    template <class S> void run_in_loop(const S& t, const S* x, const S* p, S* out) const {
         if (n_slots_ <= few)
             run_in<few>(t, x, p, out);
         else
@@ -127,6 +52,38 @@ public:
 
 private:
     static constexpr int few = 32, most = 1024; ///< numbers that are kept at once
+
+    template <int Slots, int Outputs>
+    FILIPPOV_INLINE void take_steps(double t, const double* x, const double* p, double* out) const {
+        double numbers[Slots]; // the outputs first
+        for (const detail::TapeStep* i = steps_.data(); i != nullptr;)
+            i = i->run(i, numbers, x, p, 0.0, t);
+        if constexpr (Outputs < 0)
+            std::copy_n(numbers, outputs_.size(), out);
+        else
+            copy_singly<Outputs>(numbers, out);
+    }
+    /// What has just been written one by one, and is going to be used all at once: if it were read
+    /// all at once here, it would have to leave the store buffer first.
+    template <int N> FILIPPOV_INLINE static void copy_singly(const double* from, double* to) {
+        double copy[N];
+        for (int k = 0; k < N; ++k)
+            copy[k] = static_cast<const volatile double&>(from[k]);
+        for (int k = 0; k < N; ++k)
+            to[k] = copy[k];
+    }
+    FILIPPOV_NOINLINE void take_many_steps(double t, const double* x, const double* p,
+                                           double* out) const {
+        take_steps<2 * most, -1>(t, x, p, out);
+    }
+    /// The same where `out` may be registers: nobody else is told of it.
+    template <int Outputs>
+    FILIPPOV_INLINE void take_many_steps_singly(double t, const double* x, const double* p,
+                                                double* out) const {
+        double results[Outputs];
+        take_many_steps(t, x, p, results);
+        copy_singly<Outputs>(results, out);
+    }
 
     template <int Slots, class S>
     FILIPPOV_INLINE void run_in(const S& t, const S* x, const S* p, S* out) const {
@@ -141,6 +98,8 @@ private:
     std::vector<detail::Operand> outputs_;
     std::vector<std::shared_ptr<const External>> functions_;
     int n_slots_ = 0;
+    std::vector<detail::TapeStep> steps_{1}; ///< the same for plain numbers
+    int n_numbers_ = 0;                      ///< slots and outputs
 
     friend class TapeWriter;
 };

@@ -371,7 +371,7 @@ public:
         requires(M == 1)
     {
         Vec<S, 2> l;
-        program_->normal.run(t, x.data(), p.data(), l.data());
+        program_->normal.run<2>(t, x.data(), p.data(), l.data());
         return l;
     }
     template <class S>
@@ -401,13 +401,13 @@ private:
         X<S> f;
         if constexpr (!exact)
             f.setConstant(S(0));
-        tape.run(t, x.data(), p.data(), f.data());
+        tape.run<exact ? N : -1>(t, x.data(), p.data(), f.data());
         return f;
     }
     template <class S>
     FILIPPOV_INLINE S number(const Tape& tape, const S& t, const X<S>& x, const Q<S>& p) const {
         S value;
-        tape.run(t, x.data(), p.data(), &value);
+        tape.run<1>(t, x.data(), p.data(), &value);
         return value;
     }
 

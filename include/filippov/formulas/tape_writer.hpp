@@ -57,6 +57,11 @@ public:
         for (const Expr e : outputs)
             tape_.outputs_.push_back(at_[std::size_t(e)]);
         tape_.code_.push_back({});
+        if (outputs.size() > std::size_t(Tape::most))
+            throw std::invalid_argument("filippov: formulas have too many results at once");
+        tape_.n_numbers_ = tape_.n_slots_ + int(outputs.size());
+        tape_.steps_ =
+            detail::steps_of(tape_.code_, tape_.outputs_, tape_.functions_, tape_.n_slots_);
     }
 
 private:
