@@ -12,6 +12,7 @@
 #include <filippov/formulas/external.hpp>
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <limits>
 #include <memory>
@@ -31,15 +32,14 @@ public:
     /// @cost no allocation, except for derivatives of external functions
     template <int Outputs = -1, class S>
     FILIPPOV_INLINE void run(const S& t, const S* x, const S* p, S* out) const {
-        if constexpr (std::same_as<S, double>) {
-            if (n_numbers_ <= few) [[likely]]
-                take_steps<few, Outputs>(t, x, p, out);
-            else if constexpr (Outputs < 0)
-                take_many_steps(t, x, p, out);
-            else
-                take_many_steps_singly<Outputs>(t, x, p, out);
-        } else {
+        if constexpr (!std::same_as<S, double>) {
             run_in_loop(t, x, p, out);
+        } else if constexpr (Outputs >= 0 && Outputs <= few) {
+            double numbers[few];
+            take_steps(t, x, p, numbers);
+            copy_singly<Outputs>(numbers, out); // nobody else is told of `out`: it may be registers
+        } else {
+            run_in_steps(t, x, p, out);
         }
     }
     /// The same by a loop over the instructions, whatever the scalar.
@@ -53,36 +53,23 @@ public:
 private:
     static constexpr int few = 32, most = 1024; ///< numbers that are kept at once
 
-    template <int Slots, int Outputs>
-    FILIPPOV_INLINE void take_steps(double t, const double* x, const double* p, double* out) const {
-        double numbers[Slots]; // the outputs first
+    /// @param numbers  `few`: outputs come first there, as many as fit
+    FILIPPOV_NOINLINE void take_steps(double t, const double* x, const double* p,
+                                      double* numbers) const;
+    FILIPPOV_NOINLINE void run_in_steps(double t, const double* x, const double* p,
+                                        double* out) const;
+    void all_steps(double t, const double* x, const double* p, double* numbers) const {
         for (const detail::TapeStep* i = steps_.data(); i != nullptr;)
             i = i->run(i, numbers, x, p, 0.0, t);
-        if constexpr (Outputs < 0)
-            std::copy_n(numbers, outputs_.size(), out);
-        else
-            copy_singly<Outputs>(numbers, out);
     }
     /// What has just been written one by one, and is going to be used all at once: if it were read
     /// all at once here, it would have to leave the store buffer first.
     template <int N> FILIPPOV_INLINE static void copy_singly(const double* from, double* to) {
-        double copy[N];
-        for (int k = 0; k < N; ++k)
+        std::array<double, std::size_t(N)> copy;
+        for (std::size_t k = 0; k < copy.size(); ++k)
             copy[k] = static_cast<const volatile double&>(from[k]);
-        for (int k = 0; k < N; ++k)
+        for (std::size_t k = 0; k < copy.size(); ++k)
             to[k] = copy[k];
-    }
-    FILIPPOV_NOINLINE void take_many_steps(double t, const double* x, const double* p,
-                                           double* out) const {
-        take_steps<2 * most, -1>(t, x, p, out);
-    }
-    /// The same where `out` may be registers: nobody else is told of it.
-    template <int Outputs>
-    FILIPPOV_INLINE void take_many_steps_singly(double t, const double* x, const double* p,
-                                                double* out) const {
-        double results[Outputs];
-        take_many_steps(t, x, p, results);
-        copy_singly<Outputs>(results, out);
     }
 
     template <int Slots, class S>
@@ -342,6 +329,23 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
         std::construct_at(slots + i->slot, acc);
     }
 }
+
+#if !defined(FILIPPOV_COMPILED) || defined(FILIPPOV_COMPILING)
+FILIPPOV_IN_LIBRARY void Tape::take_steps(double t, const double* x, const double* p,
+                                          double* numbers) const {
+    if (n_numbers_ <= few) [[likely]]
+        return all_steps(t, x, p, numbers);
+    double many[2 * most];
+    all_steps(t, x, p, many);
+    std::copy_n(many, std::min(outputs_.size(), std::size_t(few)), numbers);
+}
+FILIPPOV_IN_LIBRARY void Tape::run_in_steps(double t, const double* x, const double* p,
+                                            double* out) const {
+    double many[2 * most];
+    all_steps(t, x, p, many);
+    std::copy_n(many, outputs_.size(), out);
+}
+#endif
 
 #if defined(FILIPPOV_COMPILED)
 // Of series of plain numbers, which systems of every size ask for.

@@ -329,18 +329,27 @@ private:
         const std::size_t a = place(i_.a, 1), b = place(i_.b, 2);
         return a < n_places && b < n_places ? pick_at(op, table, a * n_places + b) : rare(op);
     }
+    /// a, b and c: b is a slot or a parameter mostly, c no state.
     template <class Op> I::Run three(Op op) const {
         constexpr auto table = []<class F, bool Keep>() {
             return []<std::size_t... K>(std::index_sequence<K...>) {
-                return std::array<I::Run, n_places * n_places * n_places>{
-                    take_step<F, Keep, from(K / n_places / n_places), from(K / n_places % n_places),
-                              from(K % n_places)>...};
-            }(std::make_index_sequence<n_places * n_places * n_places>{});
+                constexpr std::array second{From::slot, From::param};
+                constexpr std::array third{From::last, From::slot, From::param};
+                return std::array<I::Run, n_places * 6>{
+                    take_step<F, Keep, from(K / 6), second[K / 3 % 2], third[K % 3]>...};
+            }(std::make_index_sequence<n_places * 6>{});
         };
+        constexpr auto last = std::size_t(From::last), slot = std::size_t(From::slot),
+                       param = std::size_t(From::param);
         const std::size_t a = place(i_.a, 1), b = place(i_.b, 2), c = place(i_.c, 3);
-        return a < n_places && b < n_places && c < n_places
-                   ? pick_at(op, table, (a * n_places + b) * n_places + c)
-                   : rare(op);
+        const bool often =
+            a < n_places && (b == slot || b == param) && (c == last || c == slot || c == param);
+        return often ? pick_at(op, table,
+                               a * 6 + (b == param ? 3 : 0) +
+                                   (c == last   ? 0
+                                    : c == slot ? 1
+                                                : 2))
+                     : rare(op);
     }
     template <class Op> I::Run quotient(Op op) const {
         const bool of_param = i_.a.space == Operand::param && at_hand_ == 2;
@@ -433,7 +442,15 @@ private:
             need(i.c, has == 3);
         }
     }
-    void add(const Instruction& i, bool keep, bool fresh) {
+    /// The same product with a state first: fewer steps are needed.
+    static Instruction with_state_first(Instruction i) {
+        const bool has_product = i.code >= Code::mul_add && i.code < Code::div_add;
+        if (has_product && at_hand(i.code) != 1 && i.b.space == Operand::state)
+            std::swap(i.a, i.b);
+        return i;
+    }
+    void add(const Instruction& as_written, bool keep, bool fresh) {
+        const Instruction i = with_state_first(as_written);
         TapeStep step;
         step.run = StepChooser(i, keep, fresh)();
         const int has = fresh ? 0 : at_hand(i.code);
