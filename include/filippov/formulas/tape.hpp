@@ -54,10 +54,8 @@ private:
     static constexpr int few = 32, most = 1024; ///< numbers that are kept at once
 
     /// @param numbers  `few`: outputs come first there, as many as fit
-    FILIPPOV_NOINLINE void take_steps(double t, const double* x, const double* p,
-                                      double* numbers) const;
-    FILIPPOV_NOINLINE void run_in_steps(double t, const double* x, const double* p,
-                                        double* out) const;
+    void take_steps(double t, const double* x, const double* p, double* numbers) const;
+    void run_in_steps(double t, const double* x, const double* p, double* out) const;
     void all_steps(double t, const double* x, const double* p, double* numbers) const {
         for (const detail::TapeStep* i = steps_.data(); i != nullptr;)
             i = i->run(i, numbers, x, p, 0.0, t);
@@ -331,16 +329,16 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
 }
 
 #if !defined(FILIPPOV_COMPILED) || defined(FILIPPOV_COMPILING)
-FILIPPOV_IN_LIBRARY void Tape::take_steps(double t, const double* x, const double* p,
-                                          double* numbers) const {
+FILIPPOV_NOINLINE FILIPPOV_IN_LIBRARY void
+Tape::take_steps(double t, const double* x, const double* p, double* numbers) const {
     if (n_numbers_ <= few) [[likely]]
         return all_steps(t, x, p, numbers);
     double many[2 * most];
     all_steps(t, x, p, many);
     std::copy_n(many, std::min(outputs_.size(), std::size_t(few)), numbers);
 }
-FILIPPOV_IN_LIBRARY void Tape::run_in_steps(double t, const double* x, const double* p,
-                                            double* out) const {
+FILIPPOV_NOINLINE FILIPPOV_IN_LIBRARY void Tape::run_in_steps(double t, const double* x,
+                                                              const double* p, double* out) const {
     double many[2 * most];
     all_steps(t, x, p, many);
     std::copy_n(many, outputs_.size(), out);
