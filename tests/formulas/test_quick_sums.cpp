@@ -51,6 +51,21 @@ TEST_CASE("QuickSums: a difference of two given numbers stays one", "[formulas]"
     CHECK(g.value(sum, 0, std::vector{near}, std::vector{at, 3.0}) == wanted);
 }
 
+TEST_CASE("QuickSums: a force is exactly zero at rest, however it is written", "[formulas]") {
+    Graph g;
+    const Expr x = g.state(0), y = g.state(1), p = g.param(0), k = g.param(1);
+    // a spring of length p between two bodies, and what vanishes with their speeds
+    const Expr damping = g.mul(g.state(2), g.mul(g.state(2), g.param(2)));
+    for (const Expr stretch : {g.sub(x, g.add(y, p)), g.sub(g.sub(x, y), p), g.sub(g.sub(x, p), y),
+                               g.add(g.neg(y), g.sub(x, p))}) {
+        const Expr force = g.sub(g.mul(k, stretch), damping);
+        const Expr sum = quick(g, force);
+        const std::vector<double> rest{1e4 + 1.25, 1e4, 0}, params{1.25, 1.0 / 3, 0.7};
+        CHECK(g.value(force, 0, rest, params) == 0);
+        CHECK(g.value(sum, 0, rest, params) == 0);
+    }
+}
+
 TEST_CASE("QuickSums: what is needed twice, or has no room, stays as it is", "[formulas]") {
     Graph g;
     const Expr x = g.state(0), p = g.param(0);

@@ -740,13 +740,16 @@ private:
     /// Windows of a slide that the system knows in closed form.
     Stop run_closed_form() {
         using Window = ClosedFormPath<Sys, S>;
-        watch_.probe_at(Window::times);
+        const bool vouched = vouches_for_slides<S>(place_.sys);
+        const ProbeTimes<S>& times = Window::times(vouched);
+        watch_.probe_at(times);
         have_k0_ = false;
         const S period = place_.clock.period;
         S longest = period > S(0) ? period / S(2) : std::numeric_limits<S>::infinity();
-        if constexpr (Window::vouched)
-            longest = place_.sys.slide_swing(place_.p);
-        S window = Window::vouched || period > S(0) ? longest / S(4) : abs_(dt_);
+        if constexpr (HasSlideSwing<Sys, S>)
+            if (vouched)
+                longest = place_.sys.slide_swing(place_.p);
+        S window = vouched || period > S(0) ? longest / S(4) : abs_(dt_);
         for (;;) {
             remaining_ = place_.clock.until(end_);
             if (!(forward() * remaining_ > S(0)))
@@ -756,14 +759,14 @@ private:
             window = std::max(std::min({window, longest, place_.settings.max_step}),
                               place_.resolution());
             const bool last = window >= abs_(remaining_);
-            Window path(place_, last ? remaining_ : S(forward() * window));
+            Window path(place_, last ? remaining_ : S(forward() * window), vouched);
             window_ = abs_(path.dt);
             path.probe(watch_);
-            watch_.see(Window::times);
+            watch_.see(times);
             if (!path.finite())
                 return {fail(Status::not_finite, "sliding_flow")};
             Found<S> found;
-            watch_.look(path, !Window::vouched, elapsed_);
+            watch_.look(path, !vouched, elapsed_);
             if (!place_.settings.skip_root_search || watch_.any_doubt()) {
                 found = first_event(path, false);
                 if (found.blurred) {

@@ -17,8 +17,8 @@ namespace filippov {
 ///
 /// On one surface whose gradient has one component, a constant, that component of the state is
 /// known in a slide, and what is asked for there is written without it: s, and the sliding field. A
-/// constant sliding field is a slide in closed form if formulas show how soon s may turn: then
-/// nothing has to be looked for between its probes.
+/// constant sliding field is a slide in closed form; if formulas show how soon s may turn, nothing
+/// has to be looked for between its probes.
 class TapeProgram {
 public:
     /// @param capacity  parameters and what is derived from them, at most
@@ -381,13 +381,14 @@ public:
         return field(program_->slide, t, x, p);
     }
     bool has_linear_h() const { return program_->linear_h; }
-    bool has_sliding_flow() const { return program_->swing >= 0; }
+    bool has_sliding_flow() const { return program_->constant_slide; }
     template <class S>
     X<S> sliding_flow(const S& t, const X<S>& x, const Q<S>& p, const S& dt) const
         requires(M == 1)
     {
         return x + dt * field(program_->slide, t, x, p);
     }
+    bool has_slide_swing() const { return program_->swing >= 0; }
     template <class S>
     S slide_swing(const Q<S>& p) const
         requires(M == 1)

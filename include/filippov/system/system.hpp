@@ -560,12 +560,15 @@ template <class S, class Sys> bool slides_in_closed_form([[maybe_unused]] const 
 }
 
 /// True if the system vouches for s: it slides in closed form, and says how soon s may turn. Then a
-/// slide begins with any step, and nothing is looked for between the probes of its windows.
+/// slide begins with any step, and nothing is looked for between the probes of its windows. A
+/// system that is made at run time says by `has_slide_swing()` if it knows.
 template <class S, class Sys> bool vouches_for_slides([[maybe_unused]] const Sys& sys) {
-    if constexpr (HasSlideSwing<Sys, S>)
-        return slides_in_closed_form<S>(sys);
-    else
+    if constexpr (!HasSlideSwing<Sys, S>)
         return false;
+    else if constexpr (requires { sys.has_slide_swing(); })
+        return slides_in_closed_form<S>(sys) && sys.has_slide_swing();
+    else
+        return slides_in_closed_form<S>(sys);
 }
 
 /// True if the system repeats with a period: one that is made at run time says so itself, by

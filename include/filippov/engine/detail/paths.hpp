@@ -163,13 +163,16 @@ template <class Sys, class S> struct ClosedFormPath final : TriedPath<S, dim_v<S
     using X = State<Sys, S>;
     using TriedPath<S, N>::dt;
     using TriedPath<S, N>::x1;
-    static constexpr bool vouched = HasSlideSwing<Sys, S>; ///< it is no longer than a swing of s
-    static constexpr const ProbeTimes<S>& times =
-        probe_times<std::conditional_t<vouched, WindowTimes<S>, SampleTimes<S>>, S>;
 
     const Place<Sys, S>& at; ///< where the window starts
 
-    ClosedFormPath(const Place<Sys, S>& place, const S& window)
+    /// Where windows are probed.
+    /// @param vouched  they are no longer than a swing of s
+    static const ProbeTimes<S>& times(bool vouched) {
+        return vouched ? probe_times<WindowTimes<S>, S> : probe_times<SampleTimes<S>, S>;
+    }
+
+    ClosedFormPath(const Place<Sys, S>& place, const S& window, bool vouched)
         : TriedPath<S, N>({.by_method = false, .exact_probes = !vouched, .vouched = vouched}),
           at(place) {
         dt = window;
@@ -181,8 +184,9 @@ template <class Sys, class S> struct ClosedFormPath final : TriedPath<S, dim_v<S
     }
     /// Probes the guards along the window, up to its end.
     void probe(Watch<Sys, S>& guards) {
-        for (std::size_t k = 1; k <= times.n; ++k) {
-            const S theta = times.theta[k];
+        const ProbeTimes<S>& probed = times(this->kind.vouched);
+        for (std::size_t k = 1; k <= probed.n; ++k) {
+            const S theta = probed.theta[k];
             const S t = at.clock.local + theta * dt;
             x1 = (*this)(theta);
             guards.probe_slide(k, sliding_margin(at.sys, at.mode, t, x1, at.p));

@@ -27,6 +27,12 @@ template <class Sys, int W> class Windows {
 public:
     explicit Windows(Run<Sys>& run) : run_(run), sys_(run.sys) {}
 
+    /// True of a system whose slides these are for. (One that is made at run time, and may say how
+    /// soon s may turn, is followed by steps where it does not.)
+    static bool are_for(const Sys& sys) {
+        return vouched ? vouches_for_slides<T>(sys) : slides_in_closed_form<T>(sys);
+    }
+
     /// A window of every lane.
     FILIPPOV_FLATTEN Leaving step(Group& g) const {
         const X x = g.x();
@@ -336,7 +342,7 @@ template <class Sys, int W, class Tableau> class EitherSlides {
 
 public:
     explicit EitherSlides(Run<Sys>& run)
-        : windows_(run), steps_(run), in_closed_form_(slides_in_closed_form<Lanes<W>>(run.sys)) {}
+        : windows_(run), steps_(run), in_closed_form_(Windows<Sys, W>::are_for(run.sys)) {}
 
     Leaving step(Group& g) const { return in_closed_form_ ? windows_.step(g) : steps_.step(g); }
     Leaving end(Group& g) const { return in_closed_form_ ? windows_.end(g) : steps_.end(g); }

@@ -16,13 +16,15 @@
 namespace filippov::detail {
 
 /// Writes outputs that are sums as fixed + c1 a1 + c2 a2 + ..., the latest term last; factors of
-/// sums, which do not vary, are multiplied into those of the terms. A difference of two numbers
-/// that are given, as x - a, stays one: it is exact where the two are close. So rounding is that
-/// of a sum in another order.
+/// sums, which do not vary, are multiplied into those of the terms. What is made of given numbers
+/// by sums and differences alone, as (x - y) - a, stays as it was written: its terms have no
+/// rounding of their own, so it is exact where they are close, and zero where a body is at rest. So
+/// rounding is that of a sum in another order.
 class QuickSums {
 public:
     QuickSums(Graph& graph, std::span<const Expr> outputs)
-        : graph_(graph), uses_(graph.size(), 0), late_(graph.size(), never) {
+        : graph_(graph), uses_(graph.size(), 0), late_(graph.size(), never),
+          given_(graph.size(), false) {
         for (const Expr e : outputs)
             ++uses_[std::size_t(e)];
         for (const Expr e : graph.below(outputs)) {
@@ -34,6 +36,7 @@ public:
                 late = std::max(late, late_[j]);
             }
             late_[std::size_t(e)] = late == never ? never : late + cost(n.op);
+            given_[std::size_t(e)] = is_given(e);
         }
     }
 
@@ -85,8 +88,17 @@ private:
             return 50;
         }
     }
+    /// True of what is made of given numbers by sums and differences alone; those below are known.
     bool is_given(Expr e) const {
-        return !graph_.varies(e) || graph_[e].op == Op::state || graph_[e].op == Op::time;
+        const Graph::Node& n = graph_[e];
+        if (!graph_.varies(e) || n.op == Op::state || n.op == Op::time)
+            return true;
+        if (n.op != Op::add && n.op != Op::sub && n.op != Op::neg)
+            return false;
+        for (int k = 0; k < arity(n.op); ++k)
+            if (!given_[std::size_t(n.arg[std::size_t(k)])])
+                return false;
+        return true;
     }
     bool has_reciprocal(Expr e) const {
         return graph_.is_constant(e) && std::isnormal(1 / graph_[e].value);
@@ -105,7 +117,9 @@ private:
         }
         if (!alone && uses_[std::size_t(e)] != 1)
             return put(e, negative, graph_.mul(factor, e));
-        if ((n.op == Op::add || n.op == Op::sub) && !(is_given(a) && is_given(b)))
+        if (given_[std::size_t(e)])
+            return put(e, negative, graph_.mul(factor, e));
+        if (n.op == Op::add || n.op == Op::sub)
             return gather(a, negative, factor, false, depth) &&
                    gather(b, negative != (n.op == Op::sub), factor, false, depth);
         if (n.op == Op::neg)
@@ -128,7 +142,8 @@ private:
 
     Graph& graph_;
     std::vector<int> uses_;
-    std::vector<int> late_; ///< after the state is known, in cycles; never: before
+    std::vector<int> late_;   ///< after the state is known, in cycles; never: before
+    std::vector<bool> given_; ///< see is_given
     std::vector<Term> terms_;
     Expr fixed_ = -1; ///< what does not vary
 };
