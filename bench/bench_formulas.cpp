@@ -3,9 +3,7 @@
 //
 // The chapter's oscillator as one formula, split and run by tapes, and as the model: one trajectory
 // of 200 periods, and 10,000 members of an ensemble over one period in lanes. The trajectories have
-// the same events, to rounding, and the same steps but for one more in each slide of the formulas:
-// of their s nothing is declared, so its first step is a short one. In lanes the model slides in
-// closed form and the formulas by steps, so that they agree to the tolerance.
+// the same events and the same steps, to rounding.
 
 #include "../tests/formulas.hpp"
 #include "measure.hpp"
@@ -60,7 +58,7 @@ End cells(const Sys& sys, const Params<Sys, double>& p, double tol, int side) {
         end.x += o.x;
         end.events += std::size_t(o.events);
     }
-    return end; // steps do not compare: in lanes only the model slides in closed form
+    return end;
 }
 
 bool same(const End& a, const End& b, double tol) {
