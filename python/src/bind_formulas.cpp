@@ -206,8 +206,7 @@ void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::ve
 template <int N, int M> bool holds(const TapeProgram& tapes, int n) {
     const auto& kinds = tapes.kind;
     if (M == 1)
-        return kinds.size() == 1 && kinds[0] == SurfaceKind::switching &&
-               (N <= most_exact_dims ? n == N : n <= N);
+        return kinds.size() == 1 && kinds[0] == SurfaceKind::switching && fits_dims<N>(n);
     return kinds.size() <= std::size_t(M) && n <= N;
 }
 /// The model of the first shape that holds n components and these surfaces.

@@ -206,6 +206,8 @@ private:
 /// Systems of this many components and one surface are compiled for just as many; any other may
 /// have fewer than it is compiled for.
 inline constexpr int most_exact_dims = 4;
+/// True if a system of n components and one surface can be one that is compiled for N.
+template <int N> constexpr bool fits_dims(int n) { return N <= most_exact_dims ? n == N : n <= N; }
 /// With this many and one surface they run in lanes.
 inline constexpr int most_lane_dims = 8;
 
