@@ -275,7 +275,7 @@ private:
     bool reach_end(int s) {
         Slot& slot = pool_[s];
         if (slot.mode == 0)
-            slot.slid += slot.began - slot[left];
+            slot.slid += slot.began; // to the end, from which the clock may be off by rounding
         slot[time] = slot[end_time];
         slot[index] = slot[end_index];
         slot[carry] = 0;
