@@ -35,6 +35,10 @@ class Case:
     v: float
     events: int
 
+    @property
+    def t_end(self):
+        return PERIODS * TWO_PI / self.omega
+
     def error(self, y, v):
         return max(abs(y - self.y), abs(v - self.v))
 
@@ -58,6 +62,7 @@ class Rival:
     name: str
     tolerances: tuple[float, ...]
     prepare: Callable[..., Callable[[], tuple] | None]
+    apart: str = ""  # the module's name, where a run may not return: in a process of its own
 
 
 def powers_of_ten(first, last):

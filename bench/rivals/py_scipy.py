@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 from py_oscillator import PERIODS, TWO_PI, Rival, powers_of_ten
+from py_switched import Problem
 from scipy.integrate import solve_ivp
 
 sys.path.append(str(Path(__file__).parents[1]))
@@ -100,6 +101,8 @@ def follow_switched(problem, **how):
 
 
 def prepare_switched(method, problem, tol):
+    if not isinstance(problem, Problem):
+        return None
     return partial(follow_switched, problem, method=method, rtol=tol, atol=tol)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Problems with one switching surface for the rivals from Python, besides the oscillator.
+"""Problems for the rivals from Python, besides the oscillator; all but one with one surface.
 
 Fields take and give sequences of Python's numbers, which is quickest where there are two or three:
 `fields[mode](t, x)` with mode -1 where h < 0, +1 where h > 0 and 0 in a slide, whose field and
@@ -15,21 +15,27 @@ Field = Callable[[float, State], tuple[float, ...]]
 
 
 @dataclass(frozen=True)
-class Problem:
+class KnownEnd:
     """Where a problem starts, how long it runs and what is known of its end."""
 
     name: str
+    start: tuple[float, ...]
+    t_end: float
+    end: tuple[float, ...]
+    events: float
+
+    def error(self, *x):
+        return max(abs(a - b) for a, b in zip(x, self.end, strict=True))
+
+
+@dataclass(frozen=True)
+class Problem(KnownEnd):
+    """A problem with one surface."""
+
     fields: dict[int, Field]
     h: Callable[[State], float]
     normal_speed: Callable[[State, State], float]  # of h along a slope f: (x, f)
     control: Callable[[State], float]  # s in a slide, which ends at +-1; linear in all of these
-    start: tuple[float, ...]
-    t_end: float
-    end: tuple[float, ...]
-    events: int
-
-    def error(self, *x):
-        return max(abs(a - b) for a, b in zip(x, self.end, strict=True))
 
     def mode_on_surface(self, t, x):
         """0 where both fields point to the surface, else the side to which they lead."""
@@ -51,7 +57,7 @@ def coulomb():
     }
     return Problem(
         "P1",
-        fields,
+        fields=fields,
         h=lambda x: x[1],
         normal_speed=lambda x, f: f[1],
         control=lambda x: -x[0] / mu,
@@ -72,7 +78,7 @@ def unit_circle():
     radius, angle = math.exp(math.pi / 2 - 1), math.pi**2  # exact
     return Problem(
         "P2",
-        fields,
+        fields=fields,
         h=lambda x: x[0] * x[0] + x[1] * x[1] - 1,
         normal_speed=lambda x, f: 2 * (x[0] * f[0] + x[1] * f[1]),
         control=lambda x: 0.0,
@@ -93,7 +99,7 @@ def dieci_lopez():
     }
     return Problem(
         "P4",
-        fields,
+        fields=fields,
         h=lambda x: x[1] - v,
         normal_speed=lambda x, f: f[1],
         control=lambda x: -x[0],
@@ -121,7 +127,7 @@ def relay():
     }
     return Problem(
         "P6",
-        fields,
+        fields=fields,
         h=lambda x: x[0],
         normal_speed=lambda x, f: f[0],
         control=lambda x: x[1] / b1,
@@ -132,4 +138,37 @@ def relay():
     )
 
 
-PROBLEMS = (coulomb(), unit_circle(), dieci_lopez(), relay())
+def stiff():
+    """P8, which ends before it meets its surface."""
+    rate, t_end = 1000.0, 1.5
+    fields = {
+        -1: lambda t, x: (rate * (x[0] - math.cos(t)),),
+        1: lambda t, x: (-rate * (x[0] - math.cos(t)),),
+    }
+    exact = rate * (rate * math.cos(t_end) + math.sin(t_end)) / (1 + rate * rate)
+    return Problem(
+        "P8",
+        fields=fields,
+        h=lambda x: x[0],
+        normal_speed=lambda x, f: f[0],
+        control=lambda x: 0.0,
+        start=(1.0,),
+        t_end=t_end,
+        end=(exact,),
+        events=0,
+    )
+
+
+def infinitely_many_crossings():
+    """P15: x' = -sign x + 2 sign y, y' = -2 sign x - sign y, at rest from t = 0.5."""
+    return KnownEnd("P15", start=(0.0, 1.0), t_end=1.0, end=(0.0, 0.0), events=math.inf)
+
+
+PROBLEMS = (
+    coulomb(),
+    unit_circle(),
+    dieci_lopez(),
+    relay(),
+    stiff(),
+    infinitely_many_crossings(),
+)
