@@ -248,6 +248,7 @@ public:
         const auto r = detail::Flow<Sys, double>(sys_, p, stretch.t0, x, stretch.t0 + stretch.dt,
                                                  settings, observer, none, known, steps)
                            .run();
+        end.slide_time = std::min(end.slide_time, std::abs(stretch.dt)); // a sum may round up
         end.status = r.status;
         end.clock = r.clock;
         end.x = detail::plain<N>(r.x);

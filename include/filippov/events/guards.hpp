@@ -293,8 +293,8 @@ template <class S> struct Trace {
                 r.include(divided(probe[k], times.theta[k]));
         return r;
     }
-    /// Looks at the probes of a step that is tried. (Called by what knows their number when it is
-    /// compiled.)
+    /// Looks at the probes of a step that is tried. (Steps of a method know their number when they
+    /// are compiled.)
     FILIPPOV_INLINE void see(const Times& times) {
         seen = range(times);
         S total(0);

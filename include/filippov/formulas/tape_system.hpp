@@ -29,16 +29,17 @@ public:
         param_names = d.param_names;
         defaults = d.defaults;
         Graph& graph = d.graph;
-        const auto tape = [&](std::span<const Expr> outputs) {
+        const auto undivided = [&](std::span<const Expr> outputs) {
             std::vector<Expr> quick;
             for (const Expr e : outputs)
                 quick.push_back(without_divisions(graph, e));
-            return write_tape(graph, quick, &derived_);
+            return quick;
+        };
+        const auto tape = [&](std::span<const Expr> outputs) {
+            return write_tape(graph, undivided(outputs), &derived_);
         };
         const auto field_tape = [&](std::span<const Expr> outputs) {
-            std::vector<Expr> quick;
-            for (const Expr e : outputs)
-                quick.push_back(without_divisions(graph, e));
+            std::vector<Expr> quick = undivided(outputs);
             detail::QuickSums sums(graph, quick);
             for (Expr& e : quick)
                 e = sums(e, derived_.room());

@@ -77,15 +77,15 @@ private:
             return slip_.begin(g);
         case Task::slip_below:
         case Task::slip_above:
-            return on_side(task == Task::slip_below ? -1 : +1,
+            return on_side(task == Task::slip_below,
                            [&](auto side) { return slip_.step(g, side); });
         case Task::fall_below:
         case Task::fall_above:
-            return on_side(task == Task::fall_below ? -1 : +1,
+            return on_side(task == Task::fall_below,
                            [&](auto side) { return slip_.fall(g, side); });
         case Task::event_below:
         case Task::event_above:
-            return on_side(task == Task::event_below ? -1 : +1,
+            return on_side(task == Task::event_below,
                            [&](auto side) { return slip_.meet(g, side); });
         case Task::slide:
             return slides_.step(g);
@@ -96,11 +96,11 @@ private:
         }
     }
     /// Calls work(side), with a side that is known when this is compiled unless it is data.
-    template <class Work> static Leaving on_side(int side, const Work& work) {
+    template <class Work> static Leaving on_side(bool below, const Work& work) {
         if constexpr (sides_are_data_v<Sys>)
-            return work(side);
+            return work(below ? -1 : +1);
         else
-            return side < 0 ? work(lanes::Known<-1>{}) : work(lanes::Known<+1>{});
+            return below ? work(lanes::Known<-1>{}) : work(lanes::Known<+1>{});
     }
     /// Takes a member out of its lane, to what is to be done with it next.
     void send_on(Group& g, int l, Task next, bool starts) {
@@ -156,7 +156,7 @@ private:
                    end = Clock<double>::at(member.t_end, T0);
         slot[time] = now.local;
         slot[index] = double(now.index);
-        slot[left] = slot.began = slot.leg = now.until(end);
+        slot[left] = slot.began = slot.leg = slot.ends = now.until(end);
         slot[end_time] = end.local;
         slot[end_index] = double(end.index);
         slot[period_length] = T0;
@@ -255,7 +255,8 @@ private:
         o.mode = slot.mode;
         o.events = slot.events;
         o.slides = slot.slides;
-        o.slide_time = slot.slid + (slot.mode == 0 ? slot.began - slot[left] : 0.0);
+        const double slid = slot.slid + (slot.mode == 0 ? slot.began - slot[left] : 0.0);
+        o.slide_time = std::min(slid, std::abs(slot.ends - slot[left])); // a sum may round up
         return o;
     }
     void finish(int s, Status status) {
@@ -275,7 +276,7 @@ private:
     bool reach_end(int s) {
         Slot& slot = pool_[s];
         if (slot.mode == 0)
-            slot.slid += slot.began; // to the end, from which the clock may be off by rounding
+            slot.slid += slot.began - slot[left];
         slot[time] = slot[end_time];
         slot[index] = slot[end_index];
         slot[carry] = 0;
@@ -287,6 +288,7 @@ private:
         }
         const double leg = next_leg(population_, slot.id), T0 = slot[period_length];
         slot[left] = slot.began = slot.leg = leg;
+        slot.ends += leg;
         if (T0 > 0)
             slot[end_index] += std::round(leg / T0);
         else

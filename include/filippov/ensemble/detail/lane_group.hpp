@@ -89,6 +89,7 @@ template <class Sys> struct Slot {
     double slid;         ///< time spent in slides
     double began;        ///< `left` where the mode, or this leg of it, began
     double leg;          ///< time from the start to the end of the run, or of its leg
+    double ends;         ///< the same from the start of the run to the end of its leg
     std::int32_t events, slides;
     signed char mode;   ///< in which it goes on; `none`: it did not begin yet
     signed char before; ///< mode before the event at which it stands; `none`: it stands at none

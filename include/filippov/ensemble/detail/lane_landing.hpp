@@ -90,6 +90,13 @@ Plainly<W> plainly(const Sides<Sys, Lanes<W>>& b, const Lanes<W>& rounding, cons
     return {plain_slope(band) / tau, band, abs(b.l1) + abs(b.l2) < infinity<W>()};
 }
 
+/// f1 where `below`, elsewhere f2.
+template <class Sys, int W, int N>
+Vec<Lanes<W>, N> field_of_side(const Sys& sys, const LaneMask<W>& below, const Lanes<W>& t,
+                               const Vec<Lanes<W>, N>& x, const Params<Sys, Lanes<W>>& p) {
+    return select_each(below, Vec<Lanes<W>, N>(sys.f1(t, x, p)), Vec<Lanes<W>, N>(sys.f2(t, x, p)));
+}
+
 /// A side's field at a point of the surface, and the first derivative of h along it that is not
 /// zero: of this order.
 template <int Order, class Sys, int W> struct Leading {
@@ -103,21 +110,11 @@ template <int Order, class Sys, int W> struct Leading {
     /// h' after a step of Heun's, as a multiple of what this derivative makes of it.
     T multiple(const Sys& sys, const Params<Sys, T>& p, const T& dt) const {
         const T later = t + dt;
-        const X end = field(sys, later, moved(dt, f), p);
-        const X y = moved(T(T(0.5) * dt), X(f + end));
-        const T rate = normal_component(sys, 0, later, y, p, field(sys, later, y, p));
+        const X end = field_of_side(sys, below, later, moved(x, dt, f), p);
+        const X y = moved(x, T(T(0.5) * dt), X(f + end));
+        const T rate =
+            normal_component(sys, 0, later, y, p, field_of_side(sys, below, later, y, p));
         return rate / (Order == 1 ? derivative : derivative * dt);
-    }
-
-private:
-    X field(const Sys& sys, const T& at, const X& y, const Params<Sys, T>& p) const {
-        return select_each(below, X(sys.f1(at, y, p)), X(sys.f2(at, y, p)));
-    }
-    X moved(const T& dt, const X& rate) const {
-        X y;
-        for (int i = 0; i < dim_v<Sys>; ++i)
-            y[i] = fused(dt, rate[i], x[i]);
-        return y;
     }
 };
 /// True where this derivative says where h goes, though it is not so large that nothing has to be

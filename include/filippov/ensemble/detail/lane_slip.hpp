@@ -50,7 +50,7 @@ public:
             atol[i] = T(run_.settings.atol[i]);
         const Mask on = abs(value) <= start_band(sys_, 0, t, x, p, atol);
         const Mask below = value < T(0);
-        const X f = field(below, t, x, p);
+        const X f = field_of_side(sys_, below, t, x, p);
         const T natural = first_step(g, x, p, f, below);
         const T first = run_.settings.first_step > 0 ? T(run_.settings.first_step) : natural;
         const StepControl<Tableau, T> control;
@@ -221,9 +221,6 @@ private:
     FILIPPOV_INLINE X field(int side, const T& t, const X& x, const Q& p) const {
         return side < 0 ? sys_.f1(t, x, p) : sys_.f2(t, x, p);
     }
-    X field(const Mask& below, const T& t, const X& x, const Q& p) const {
-        return select_each(below, sys_.f1(t, x, p), sys_.f2(t, x, p));
-    }
     FILIPPOV_INLINE T h(const T& t, const X& x, const Q& p) const {
         return switching(sys_, t, x, p)[0];
     }
@@ -282,10 +279,7 @@ private:
         const Mask some = d0 >= T(1e-10);
         const T h0 =
             select(some & (d1 > T(0)), T(0.01) * min(T(sqrt(d0 / d1)), span), T(1e-6) * span);
-        X y;
-        for (int i = 0; i < N; ++i)
-            y[i] = fused(h0, f[i], x[i]);
-        const X change = field(below, g[time] + h0, y, p) - f;
+        const X change = field_of_side(sys_, below, T(g[time] + h0), moved(x, h0, f), p) - f;
         const T d2 = mean_square(run_, change, size) / (h0 * h0);
         const T found = sqrt(min(T(d0 / d1), T(sqrt(d0 / d2))));
         const Mask steady = d2 * span * span <= T(1e-18) * d1;

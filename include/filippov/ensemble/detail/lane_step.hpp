@@ -35,6 +35,15 @@ Vec<Lanes<W>, N> select_each(const LaneMask<W>& m, const Vec<Lanes<W>, N>& a,
         r[i] = select(m, a[i], b[i]);
     return r;
 }
+/// x + dt rate.
+template <int W, int N>
+Vec<Lanes<W>, N> moved(const Vec<Lanes<W>, N>& x, const Lanes<W>& dt,
+                       const Vec<Lanes<W>, N>& rate) {
+    Vec<Lanes<W>, N> y;
+    for (int i = 0; i < N; ++i)
+        y[i] = fused(dt, rate[i], x[i]);
+    return y;
+}
 template <int W, int N> Lanes<W> sum(const Vec<Lanes<W>, N>& x) {
     Lanes<W> total = x[0];
     for (int i = 1; i < N; ++i)
