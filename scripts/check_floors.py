@@ -32,7 +32,8 @@ FLOORS = [
     ["run"],
     ["events"],
     ["engine"],
-    ["ensemble", "orbits"],
+    ["ensemble"],
+    ["orbits"],
     ["continuation", "basins"],
     ["models", "gsl"],
 ]

@@ -459,6 +459,7 @@ def simulate(
 ) -> tuple[list[Run], bool]: ...
 def diagram(
     model: Model,
+    lanes: object | None,
     x0: _Floats,
     params: _Floats,
     settings: RunSettings,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "bind.hpp"
+#include "bind_lanes.hpp"
 
 namespace filippov::python {
 
@@ -38,9 +38,9 @@ Diagram diagram_of(DiagramColumns&& c, py::ssize_t dim) {
             .counters = counters_to_dict(c.counters)};
 }
 
-Diagram diagram(const Model& model, const Doubles& x0, const Doubles& params,
-                const RunSettings& settings, const std::vector<int>& kinds, int surface,
-                int direction, double transient, double keep, bool follow, int chains,
+Diagram diagram(const Model& model, const std::optional<py::capsule>& lanes, const Doubles& x0,
+                const Doubles& params, const RunSettings& settings, const std::vector<int>& kinds,
+                int surface, int direction, double transient, double keep, bool follow, int chains,
                 bool skip_repeats, int threads, const py::object& show) {
     const Facts& facts = model.facts();
     expect(x0.size() == facts.dim, "x0 has dim entries");
@@ -60,6 +60,7 @@ Diagram diagram(const Model& model, const Doubles& x0, const Doubles& params,
     task.follow = follow;
     task.chains = chains;
     task.skip_repeats = skip_repeats;
+    task.lanes = lanes ? &lanes_in(*lanes) : nullptr;
     SignalCheck signals;
     task.parallel.threads = threads;
     task.parallel.cancelled = [&signals] { return signals(); };

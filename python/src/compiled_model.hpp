@@ -8,7 +8,7 @@
 #include <filippov/engine/all_branches.hpp>
 #include <filippov/methods/rodas5p.hpp>
 #include <filippov/orbits/any_system.hpp>
-#include <filippov/orbits/diagram.hpp>
+#include <filippov/orbits/diagram_in_lanes.hpp>
 
 #include <algorithm>
 #include <string>
@@ -178,7 +178,20 @@ private:
         d.skip_repeats = task.skip_repeats;
         d.parallel = task.parallel;
         const X x0 = padded<N>(task.x0, facts_.dim);
-        return columns(bifurcation_diagram<Tableau>(sys_, std::span<const P>(all), x0, d));
+        return columns(values_of<Tableau>(all, x0, d, task));
+    }
+    template <class Tableau>
+    std::vector<DiagramValue<double, N>> values_of(const std::vector<P>& params, const X& x0,
+                                                   const DiagramSettings<double, N>& d,
+                                                   const DiagramTask& task) const {
+        if constexpr (single_v<Sys> && !std::is_same_v<Tableau, Rodas5P>)
+            if (task.lanes != nullptr && lanes_know(d))
+                return filippov::detail::diagram_by_members<Tableau>(
+                    sys_, params, x0, d, [&](Population<N, params_v<Sys>>& members) {
+                        ErasedPopulation<N, params_v<Sys>> any(members);
+                        task.lanes->run(params.size(), any, task.settings, d.parallel);
+                    });
+        return bifurcation_diagram<Tableau>(sys_, std::span<const P>(params), x0, d);
     }
     DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) const {
         DiagramColumns c;

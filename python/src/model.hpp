@@ -70,6 +70,7 @@ struct DiagramTask {
     int chains = 1;
     bool skip_repeats = true;
     Parallel parallel;
+    const AnyLanes* lanes = nullptr; ///< of the system; null if it does not run in lanes
 };
 
 /// Everything a bifurcation diagram leaves behind, one column a field.

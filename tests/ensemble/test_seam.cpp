@@ -87,7 +87,8 @@ Sent sent_of(int n) {
 /// Notes what comes to it, and answers with numbers of its own.
 template <int N> class Echo final : public ScalarEngine<N, n_params> {
 public:
-    StretchEnd<N> run(const Stretch<N, n_params>& stretch, Worker& worker) const override {
+    StretchEnd<N> run(const Stretch<N, n_params>& stretch, Worker& worker,
+                      StretchListener<N>* listener) const override {
         stopped = worker.stopped();
         came = {stretch.t0,
                 stretch.dt,
@@ -108,8 +109,18 @@ public:
         end.mode = -2;
         end.events = 3;
         end.slides = 4;
-        for (std::size_t i = 0; i < end.x.size(); ++i)
+        StretchEvent<N> event{.kind = 6,
+                              .surface = 7,
+                              .before = -13,
+                              .after = 12,
+                              .period = -(1LL << 44),
+                              .t_local = 0.375};
+        for (std::size_t i = 0; i < end.x.size(); ++i) {
             end.x[i] = 200 + double(i);
+            event.x[i] = 300 + double(i);
+        }
+        listener->hear(event);
+        listener->hear(event);
         return end;
     }
     mutable Sent came{};
@@ -143,9 +154,17 @@ template <int N> void compare(const Module& module) {
     CHECK(came.mode == -2);
     CHECK(came.events == 3);
     CHECK(came.slides == 4);
+    CHECK(came.n_told == 2);
+    CHECK(came.kind == 6);
+    CHECK(came.surface == 7);
+    CHECK(came.before == -13);
+    CHECK(came.after == 12);
+    CHECK(came.period_told == -(1LL << 44));
+    CHECK(came.t_told == 0.375);
     for (int i = 0; i < N; ++i) {
         CHECK(engine.came.x[i] == sent.x[i]);
         CHECK(came.x[i] == 200 + i);
+        CHECK(came.x_told[i] == 300 + i);
     }
 }
 
@@ -194,7 +213,7 @@ template <int N> StretchEnd<N> at_home(std::size_t id) {
     stretch.max_steps = stretch.max_events = 10'000;
     const Parallel how;
     Worker worker(how, 1);
-    return engine.run(stretch, worker);
+    return engine.run(stretch, worker, nullptr);
 }
 
 template <int N> void compare_lanes(const Module& module) {

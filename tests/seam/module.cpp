@@ -9,6 +9,25 @@ namespace {
 
 using namespace seam;
 
+/// Notes the last event that it is told of.
+template <int N> class Note final : public StretchListener<N> {
+public:
+    explicit Note(Came& came) : came_(came) {}
+    void hear(const StretchEvent<N>& e) override {
+        ++came_.n_told;
+        came_.kind = e.kind;
+        came_.surface = e.surface;
+        came_.before = e.before;
+        came_.after = e.after;
+        came_.period_told = e.period;
+        came_.t_told = e.t_local;
+        std::copy(e.x.begin(), e.x.end(), came_.x_told);
+    }
+
+private:
+    Came& came_;
+};
+
 template <int N> void run(const void* engine, const Sent& sent, Came& came) {
     Stretch<N, n_params> stretch;
     std::copy_n(sent.x, N, stretch.x.begin());
@@ -22,10 +41,20 @@ template <int N> void run(const void* engine, const Sent& sent, Came& came) {
     stretch.ends_at_exit = sent.ends_at_exit;
     const Parallel how{.cancelled = [] { return true; }}; // what it asks comes through, too
     Worker worker(how, 1);
+    came = {};
+    Note<N> note(came);
     const StretchEnd<N> end =
-        static_cast<const ScalarEngine<N, n_params>*>(engine)->run(stretch, worker);
-    came = {end.status,      end.clock.period, end.clock.local, end.clock.carry, end.slide_time, {},
-            end.clock.index, end.steps,        end.mode,        end.events,      end.slides};
+        static_cast<const ScalarEngine<N, n_params>*>(engine)->run(stretch, worker, &note);
+    came.status = end.status;
+    came.period = end.clock.period;
+    came.local = end.clock.local;
+    came.carry = end.clock.carry;
+    came.slide_time = end.slide_time;
+    came.index = end.clock.index;
+    came.steps = end.steps;
+    came.mode = end.mode;
+    came.events = end.events;
+    came.slides = end.slides;
     std::copy(end.x.begin(), end.x.end(), came.x);
 }
 

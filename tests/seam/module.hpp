@@ -55,6 +55,10 @@ struct Came {
     double period, local, carry, slide_time, x[32];
     long long index, steps;
     int mode, events, slides;
+    // of the events that were told of
+    int n_told, kind, surface, before, after;
+    long long period_told;
+    double t_told, x_told[32];
 };
 
 // What a module exports.

@@ -5,6 +5,7 @@
 #include <filippov/ensemble/any_scalar.hpp>
 #include <filippov/ensemble/ensemble.hpp>
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,6 +26,16 @@ struct OutcomeView {
     int mode = 0;
     std::int32_t events = 0, slides = 0;
     double slide_time = 0;
+    long long steps = 0;
+};
+
+/// What happened to a member: see MemberEvent.
+struct MemberEventView {
+    EventKind kind = EventKind::cross;
+    int surface = 0;
+    int before = 0, after = 0;
+    Clock<double> clock{};
+    std::span<const double> x; ///< shape (dim,)
 };
 
 /// Where members come from and go to: see Population.
@@ -38,10 +49,49 @@ public:
     virtual void member(std::size_t id, MemberView& member) = 0;
     virtual bool goes_on(std::size_t, const OutcomeView&) { return false; }
     virtual double leg(std::size_t) { return 0; }
+    virtual void hear(std::size_t, const MemberEventView&) {}
     virtual void take(std::size_t id, const OutcomeView& outcome) = 0;
 
-    bool same_params = false, ends_at_exit = false;
+    bool same_params = false, ends_at_exit = false, hears = false;
     std::vector<double> escape{}; ///< shape (dim,), or empty: no bounds
+};
+
+/// A population of vectors of N components, of which a system has the first few, and of P
+/// parameters, of which the first few are given, as one whose sizes are forgotten. It has no bounds
+/// of escape.
+template <int N, int P> class ErasedPopulation final : public AnyPopulation {
+public:
+    explicit ErasedPopulation(Population<N, P>& population) : population_(population) {
+        same_params = population.same_params;
+        ends_at_exit = population.ends_at_exit;
+        hears = population.hears;
+    }
+    void member(std::size_t id, MemberView& view) override {
+        const Member<N, P> m = population_.member(id);
+        std::copy_n(m.x.data(), view.x.size(), view.x.begin());
+        std::copy_n(m.p.data(), view.p.size(), view.p.begin());
+        view.t0 = m.t0;
+        view.t_end = m.t_end;
+    }
+    bool goes_on(std::size_t id, const OutcomeView& o) override {
+        return population_.goes_on(id, sized(o));
+    }
+    double leg(std::size_t id) override { return population_.leg(id); }
+    void hear(std::size_t id, const MemberEventView& e) override {
+        population_.hear(id, {e.kind, e.surface, e.before, e.after, e.clock, sized(e.x)});
+    }
+    void take(std::size_t id, const OutcomeView& o) override { population_.take(id, sized(o)); }
+
+private:
+    static Vec<double, N> sized(std::span<const double> x) {
+        Vec<double, N> all = Vec<double, N>::Zero();
+        std::copy(x.begin(), x.end(), all.begin());
+        return all;
+    }
+    static Outcome<N> sized(const OutcomeView& o) {
+        return {o.status, o.clock, sized(o.x), o.mode, o.events, o.slides, o.slide_time, o.steps};
+    }
+    Population<N, P>& population_;
 };
 
 /// See the top of the file.
@@ -72,6 +122,7 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
         Sized(const Sys& sys, AnyPopulation& any) : sys_(sys), any_(any) {
             this->same_params = any.same_params;
             this->ends_at_exit = any.ends_at_exit;
+            this->hears = any.hears;
             if (!any.escape.empty())
                 this->escape = padded<N>(any.escape, component_count(sys));
         }
@@ -90,13 +141,18 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
             return any_.goes_on(id, view(o));
         }
         double leg(std::size_t id) override { return any_.leg(id); }
+        void hear(std::size_t id, const MemberEvent<N>& e) override {
+            any_.hear(id, {e.kind, e.surface, e.before, e.after, e.clock, components(e.x)});
+        }
         void take(std::size_t id, const Outcome<N>& o) override { any_.take(id, view(o)); }
 
     private:
         OutcomeView view(const Outcome<N>& o) const {
-            return {o.status,    o.clock,  {o.x.data(), std::size_t(component_count(sys_))},
-                    o.mode,      o.events, o.slides,
-                    o.slide_time};
+            return {o.status, o.clock,  components(o.x), o.mode,
+                    o.events, o.slides, o.slide_time,    o.steps};
+        }
+        std::span<const double> components(const Vec<double, N>& x) const {
+            return {x.data(), std::size_t(component_count(sys_))};
         }
         const Sys& sys_;
         AnyPopulation& any_;

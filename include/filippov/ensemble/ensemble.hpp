@@ -36,9 +36,8 @@ private:
         Outcome<N> o = not_begun(member);
         if (std::isfinite(left))
             o.clock = Clock<double>::at(member.t0, T0);
-        long long steps = 0;
         while (std::isfinite(left)) {
-            run_leg(member.p, left, o, steps);
+            run_leg(id, member.p, left, o);
             if (o.status == Status::interrupted)
                 return;
             if (o.status != Status::ok || !population_.goes_on(id, o))
@@ -48,7 +47,7 @@ private:
         population_.take(id, o);
         worker_.count();
     }
-    void run_leg(const Params<Sys, double>& p, double left, Outcome<N>& o, long long& steps) {
+    void run_leg(std::size_t id, const Params<Sys, double>& p, double left, Outcome<N>& o) {
         ++counters_.handed_over;
         Stretch<N, P> stretch;
         stretch.p = plain<P>(p);
@@ -56,9 +55,10 @@ private:
         stretch.t0 = o.clock.local;
         stretch.dt = left;
         stretch.ends_at_exit = population_.ends_at_exit;
-        stretch.max_steps = settings_.max_steps - steps;
+        stretch.max_steps = settings_.max_steps - o.steps;
         stretch.max_events = settings_.max_events - o.events;
-        const StretchEnd<N> end = scalar_.run(stretch, worker_);
+        StretchTeller<N, P> teller(population_, id, o.clock);
+        const StretchEnd<N> end = scalar_.run(stretch, worker_, teller.listener());
         o.x = vector_of(end.x);
         const bool gone = population_.gone(end.status, o.x);
         o.status = gone ? Status::escaped : end.status;
@@ -68,7 +68,7 @@ private:
         o.events += end.events;
         o.slides += end.slides;
         o.slide_time += end.slide_time;
-        steps += end.steps;
+        o.steps += end.steps;
     }
 
     const Sys& sys_;

@@ -46,6 +46,16 @@ template <int N> struct Outcome {
     int mode = 0;                        ///< see Mode::code
     std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
     double slide_time = 0;               ///< spent in slides, units of t
+    long long steps = 0;                 ///< accepted and rejected ones
+};
+
+/// An event of a member: a change of its mode, or a jump.
+template <int N> struct MemberEvent {
+    EventKind kind = EventKind::cross;
+    int surface = 0;
+    int before = 0, after = 0; ///< see Mode::code
+    Clock<double> clock{};
+    Vec<double, N> x = Vec<double, N>::Zero(); ///< after it
 };
 
 /// Of a member whose times say nothing.
@@ -95,6 +105,8 @@ public:
     virtual bool goes_on(std::size_t, const Outcome<N>&) { return false; }
     /// How far: a whole number of periods if the system has one, > 0.
     virtual double leg(std::size_t) { return 0; }
+    /// Told, if it `hears`, of each event that an outcome counts, in the order of time.
+    virtual void hear(std::size_t, const MemberEvent<N>&) {}
     /// The end of a member, told once.
     virtual void take(std::size_t id, const Outcome<N>& outcome) = 0;
 
@@ -111,6 +123,7 @@ public:
 
     bool same_params = false;  ///< all members have the same parameters
     bool ends_at_exit = false; ///< the first exit from a slide ends a member, with status `event`
+    bool hears = false;        ///< it wants to know of events
     /// A member of which a component is larger than this has escaped: looked at after steps in
     /// lanes, else where a leg or the run ends.
     Vec<double, N> escape = Vec<double, N>::Constant(std::numeric_limits<double>::infinity());
@@ -169,6 +182,25 @@ template <int N> struct StretchEnd {
     std::int32_t events = 0, slides = 0; ///< changes of mode; those of them into a slide
     alignas(8) std::array<double, std::size_t(N)> x{};
 };
+/// An event in it, see MemberEvent.
+template <int N> struct StretchEvent {
+    std::int32_t kind = 0, surface = 0, before = 0, after = 0;
+    long long period = 0; ///< counted from that in which the stretch starts
+    double t_local = 0;   ///< since it began
+    alignas(8) std::array<double, std::size_t(N)> x{};
+};
+/// Who hears of them. (No destructor: nobody owns one through this.)
+template <int N> class StretchListener {
+public:
+    StretchListener() = default;
+    StretchListener(const StretchListener&) = delete;
+    StretchListener& operator=(const StretchListener&) = delete;
+
+    virtual void hear(const StretchEvent<N>& event) = 0;
+
+protected:
+    ~StretchListener() = default;
+};
 
 namespace detail {
 
@@ -176,6 +208,7 @@ namespace detail {
 template <int N, int P> constexpr bool is_laid_out() {
     using Start = Stretch<N, P>;
     using End = StretchEnd<N>;
+    using Event = StretchEvent<N>;
     return offsetof(Start, dt) == 8 && offsetof(Start, max_steps) == 16 &&
            offsetof(Start, max_events) == 24 && offsetof(Start, before) == 32 &&
            offsetof(Start, guard) == 36 && offsetof(Start, ends_at_exit) == 40 &&
@@ -184,7 +217,10 @@ template <int N, int P> constexpr bool is_laid_out() {
            offsetof(End, steps) == 32 && offsetof(End, slide_time) == 40 &&
            offsetof(End, status) == 48 && offsetof(End, mode) == 52 &&
            offsetof(End, events) == 56 && offsetof(End, slides) == 60 && offsetof(End, x) == 64 &&
-           sizeof(End) == 64 + 8 * std::size_t(N) && alignof(End) == 8;
+           sizeof(End) == 64 + 8 * std::size_t(N) && alignof(End) == 8 &&
+           offsetof(Event, period) == 16 && offsetof(Event, t_local) == 24 &&
+           offsetof(Event, x) == 32 && sizeof(Event) == 32 + 8 * std::size_t(N) &&
+           alignof(Event) == 8;
 }
 static_assert(sizeof(Clock<double>) == 32 && offsetof(Clock<double>, index) == 8 &&
               offsetof(Clock<double>, local) == 16 && offsetof(Clock<double>, carry) == 24);
@@ -203,8 +239,35 @@ public:
     static_assert(detail::is_laid_out<N, P>(), "filippov: every module has a stretch's numbers at "
                                                "the same places");
 
-    virtual StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker) const = 0;
+    /// @param listener  null: nobody wants to know of events
+    virtual StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker,
+                              StretchListener<N>* listener) const = 0;
 };
+
+namespace detail {
+
+/// Tells a population of the events in a stretch of a member's run.
+template <int N, int P> class StretchTeller final : public StretchListener<N> {
+public:
+    /// @param begin  the member's clock where the stretch does
+    StretchTeller(Population<N, P>& population, std::size_t id, const Clock<double>& begin)
+        : population_(population), id_(id), begin_(begin) {}
+
+    void hear(const StretchEvent<N>& e) override {
+        const Clock<double> when{begin_.period, begin_.index + e.period, e.t_local, 0};
+        population_.hear(id_, {static_cast<EventKind>(e.kind), e.surface, e.before, e.after, when,
+                               vector_of(e.x)});
+    }
+    /// For the engine: null if nobody wants to know.
+    StretchListener<N>* listener() { return population_.hears ? this : nullptr; }
+
+private:
+    Population<N, P>& population_;
+    const std::size_t id_;
+    const Clock<double> begin_;
+};
+
+} // namespace detail
 
 /// The engine of `flow`.
 template <class Sys, class Tableau>
@@ -215,7 +278,8 @@ public:
     FlowEngine(const Sys& sys, const Settings<double, N>& settings)
         : sys_(sys), settings_(settings) {}
 
-    StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker) const override {
+    StretchEnd<N> run(const Stretch<N, P>& stretch, Worker& worker,
+                      StretchListener<N>* listener) const override {
         StretchEnd<N> end;
         Settings<double, N> settings = settings_;
         settings.max_steps = stretch.max_steps;
@@ -232,10 +296,13 @@ public:
             since = e.t;
             const bool was_sliding = sliding;
             sliding = e.mode_after.sliding() > 0;
-            if (e.kind == EventKind::start || e.kind == EventKind::end)
+            if (e.kind == EventKind::start || e.kind == EventKind::end ||
+                (e.mode_before == e.mode_after && e.kind != EventKind::jump))
                 return;
-            end.events += e.mode_before != e.mode_after || e.kind == EventKind::jump;
+            ++end.events;
             end.slides += sliding && !was_sliding;
+            if (listener != nullptr)
+                listener->hear(plain_event(e));
         };
         observer.ends = [&](const Event<double, N, M>& e) {
             return stretch.ends_at_exit && e.kind == EventKind::exit_sliding;
@@ -258,6 +325,16 @@ public:
     }
 
 private:
+    StretchEvent<N> plain_event(const Event<double, N, M>& e) const {
+        const int n = surface_count(sys_);
+        return {.kind = std::int32_t(e.kind),
+                .surface = e.surface,
+                .before = e.mode_before.code(n),
+                .after = e.mode_after.code(n),
+                .period = e.period,
+                .t_local = e.t_local,
+                .x = detail::plain<N>(e.x_right)};
+    }
     const Sys sys_;
     const Settings<double, N> settings_;
 };

@@ -25,7 +25,7 @@
 namespace filippov {
 
 /// Counts changes of what the same numbers mean: the order of codes, units, virtual functions.
-inline constexpr int seam_format = 2;
+inline constexpr int seam_format = 3;
 
 /// A fact about the layout of what crosses: what it is of, and a number.
 using SeamFact = std::pair<std::string, std::string>;
@@ -78,6 +78,8 @@ template <int N> void add_stretches(SeamFacts& facts) {
     facts.add("Stretch::p" + of, offsetof(Start, p));
     facts.type<End>("StretchEnd" + of);
     facts.add("StretchEnd::x" + of, offsetof(End, x));
+    facts.type<StretchEvent<N>>("StretchEvent" + of);
+    facts.add("StretchEvent::x" + of, offsetof(StretchEvent<N>, x));
 }
 
 /// What lanes are asked, and what they ask the scalar engine.
@@ -107,9 +109,15 @@ inline void add_runs(SeamFacts& facts) {
     facts.add("OutcomeView::x", offsetof(OutcomeView, x));
     facts.add("OutcomeView::mode", offsetof(OutcomeView, mode));
     facts.add("OutcomeView::slide_time", offsetof(OutcomeView, slide_time));
+    facts.add("OutcomeView::steps", offsetof(OutcomeView, steps));
+    facts.type<MemberEventView>("MemberEventView");
+    facts.add("MemberEventView::before", offsetof(MemberEventView, before));
+    facts.add("MemberEventView::clock", offsetof(MemberEventView, clock));
+    facts.add("MemberEventView::x", offsetof(MemberEventView, x));
     facts.type<AnyPopulation>("AnyPopulation");
     facts.add("AnyPopulation::same_params", offsetof(AnyPopulation, same_params));
     facts.add("AnyPopulation::ends_at_exit", offsetof(AnyPopulation, ends_at_exit));
+    facts.add("AnyPopulation::hears", offsetof(AnyPopulation, hears));
     facts.add("AnyPopulation::escape", offsetof(AnyPopulation, escape));
     facts.type<PopulationRun>("PopulationRun");
     facts.add("PopulationRun::counters", offsetof(PopulationRun, counters));
@@ -118,6 +126,7 @@ inline void add_runs(SeamFacts& facts) {
     facts.type<AnyScalar>("AnyScalar");
     facts.type<AnyLanes>("AnyLanes");
     facts.type<ScalarEngine<3, 32>>("ScalarEngine");
+    facts.type<StretchListener<3>>("StretchListener");
 }
 
 /// What lanes read of a system of formulas.

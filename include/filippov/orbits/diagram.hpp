@@ -72,7 +72,7 @@ template <class S, int N> struct DiagramValue {
     Counters counters{};
 };
 
-/// Keeps the points of one run that it listens to.
+/// Keeps the points of one run that it listens to, or is told of.
 template <class S, int N, int M> class DiagramRecorder {
 public:
     /// @param period    of the forcing, 0 if there is none
@@ -85,21 +85,15 @@ public:
 
     /// What is heard of the run, which this must outlive.
     operator Observer<S, N, M>() & {
-        Observer<S, N, M> all{.skip = [this](long long left) { return skip_periods(left); }};
+        Observer<S, N, M> all{.skip = [this](long long left) { return skip(left); }};
         if (section_.strobe)
             all.step = [this](const auto& step, const auto& path) { on_step(step, path); };
         else
-            all.event = [this](const auto& event) { on_event(event); };
+            all.event = [this](const auto& event) { hear(event); };
         return all;
     }
-    /// Points after which the run repeats itself, 0 if it was not seen to.
-    int cycle() const { return shift_ > 0 ? cycle_ : 0; }
-    long long skipped() const { return shift_; }
 
-private:
-    using Point = DiagramPoint<S, N>;
-
-    void on_event(const Event<S, N, M>& e) {
+    void hear(const Event<S, N, M>& e) {
         if (section_.surface >= 0) {
             at_surface(e, section_.surface);
             return;
@@ -109,6 +103,29 @@ private:
         for (int j = 0; j < M && !taken && is_change(e.kind); ++j)
             taken = j != e.surface && at_surface(e, j);
     }
+    /// Where period `index` begins.
+    void strobe(long long index, const Vec<S, N>& x, int mode) {
+        take({index, S(0), x, EventKind::section, -1, mode}, S(index + shift_) > transient_);
+    }
+    /// How many of the whole periods left the run need not follow. The repetitions are put in here,
+    /// and what comes is later by as much.
+    long long skip(long long left) {
+        if (cycle_ == 0 || shift_ > 0)
+            return 0;
+        const long long took = repeats_.periods(cycle_);
+        const long long n = left / took;
+        for (long long k = 1; k <= n; ++k)
+            repeat(k * took);
+        return shift_ = n * took;
+    }
+
+    /// Points after which the run repeats itself, 0 if it was not seen to.
+    int cycle() const { return shift_ > 0 ? cycle_ : 0; }
+    long long skipped() const { return shift_; }
+
+private:
+    using Point = DiagramPoint<S, N>;
+
     /// True if the event counts as one of this surface.
     bool at_surface(const Event<S, N, M>& e, int surface) {
         EventKind kind = e.kind;
@@ -133,17 +150,6 @@ private:
             pass_periods(step, path);
     }
 
-    /// How many of the whole periods left the run need not follow. The repetitions are put in here,
-    /// and what comes is later by as much.
-    long long skip_periods(long long left) {
-        if (cycle_ == 0 || shift_ > 0)
-            return 0;
-        const long long took = repeats_.periods(cycle_);
-        const long long n = left / took;
-        for (long long k = 1; k <= n; ++k)
-            repeat(k * took);
-        return shift_ = n * took;
-    }
     static int boundary(const Event<S, N, M>& e, EventKind kind, int surface) {
         switch (kind) {
         case EventKind::exit_sliding:
@@ -161,10 +167,7 @@ private:
     FILIPPOV_COLD void pass_periods(const StepView<S, N, M>& step, const StepPath<S, N>& path) {
         for (long long k = step.clock.index + 1; k <= step.end.index; ++k) {
             const S theta = step.clock.until({period_, k, S(0), S(0)}) / step.dt;
-            const Vec<S, N> x = theta < S(1) ? path(theta) : step.x1;
-            const S when = S(k + shift_);
-            take({k, S(0), x, EventKind::section, -1, M == 1 ? step.mode[0] : 0},
-                 when > transient_);
+            strobe(k, theta < S(1) ? path(theta) : step.x1, M == 1 ? step.mode[0] : 0);
         }
     }
     void take(Point point, bool kept) {
@@ -239,6 +242,15 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
     require_positive("chains", d.chains);
 }
 
+/// False of parameters that are not finite, or leave no period where there has to be one.
+template <class S, class Sys> bool can_begin(const Sys& sys, const Params<Sys, S>& p) {
+    S sum(0);
+    for (int i = 0; i < params_v<Sys>; ++i)
+        sum += p[i] * S(0);
+    const S T = filippov::period(sys, p);
+    return sum == S(0) && (!is_forced<S>(sys) || (T > S(0) && T * S(0) == S(0)));
+}
+
 /// One value of the diagram.
 template <class Tableau, class Sys, class S, class Sec>
 void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& x0,
@@ -247,10 +259,7 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     const S T = filippov::period(sys, p);
     value.period = T;
-    S sum(0);
-    for (int i = 0; i < params_v<Sys>; ++i)
-        sum += p[i] * S(0);
-    if (!(sum == S(0)) || (is_forced<S>(sys) && !(T > S(0) && T * S(0) == S(0)))) {
+    if (!can_begin<S>(sys, p)) {
         value.status = Status::not_finite;
         value.message = "The parameters are not finite, or the period is not a finite number > 0.";
         return;

@@ -22,6 +22,7 @@ __all__ = [
     "lanes_in_a_register",
     "lanes_of",
     "level_of",
+    "register_lanes_of",
     "require_level",
 ]
 
@@ -64,6 +65,11 @@ def lanes_of(sys: System) -> object:
     if model not in _made:
         _made[model] = _core.one_lane(model) or _lanes(model, _module(instruction_set()))
     return _made[model]
+
+
+def register_lanes_of(sys: System) -> object | None:
+    """Give the same of a system that runs in lanes, None for any other."""
+    return None if _core.one_lane(sys._model) else lanes_of(sys)
 
 
 def _lanes(model: _core.Model, module: Any) -> object:  # noqa: ANN401 - compiled

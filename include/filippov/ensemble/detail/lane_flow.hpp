@@ -225,6 +225,9 @@ private:
             }
             ++slot.events;
             slot.slides += mode == 0;
+            if (population_.hears)
+                population_.hear(slot.id, {kind_of(slot.mode, mode), 0, slot.mode, mode,
+                                           clock_of(slot), slot.x()});
         }
         slot.mode = static_cast<signed char>(mode);
         return true;
@@ -257,6 +260,7 @@ private:
         o.slides = slot.slides;
         const double slid = slot.slid + (slot.mode == 0 ? slot.began - slot[left] : 0.0);
         o.slide_time = std::min(slid, std::abs(slot.ends - slot[left])); // a sum may round up
+        o.steps = static_cast<long long>(slot[tries]);
         return o;
     }
     void finish(int s, Status status) {
@@ -322,7 +326,8 @@ private:
         stretch.ends_at_exit = population_.ends_at_exit;
         stretch.max_steps = settings_.max_steps - static_cast<long long>(slot[tries]);
         stretch.max_events = settings_.max_events - slot.events;
-        const StretchEnd<N> end = scalar_.run(stretch, worker_);
+        detail::StretchTeller<N, P> teller(population_, slot.id, clock_of(slot));
+        const StretchEnd<N> end = scalar_.run(stretch, worker_, teller.listener());
         if (end.status == Status::interrupted) // as all others that were not run to their end
             return;
         const Vec<double, N> x = detail::vector_of(end.x);
