@@ -2,13 +2,14 @@
 // What does the bifurcation diagram of figure 4.5a cost, beside a loop written by hand for it?
 //
 // A = 0.5, 200 values of omega in [2.84, 2.94], each from (0, 0) over 1200 periods, transitions
-// from stick to slip of the last 1000 kept; tolerance 1e-9, one core; then with more threads.
+// from stick to slip of the last 1000 kept; tolerance 1e-9, one core; then with more threads. One
+// value after the other, and side by side in lanes.
 
 #include "measure.hpp"
 #include "rivals/hand_loop.hpp"
 
 #include <filippov/models/oscillator.hpp>
-#include <filippov/orbits/diagram.hpp>
+#include <filippov/orbits/diagram_in_lanes.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -53,7 +54,7 @@ Diagram by_hand(double tol) {
     return d;
 }
 
-template <class Tableau> Diagram ours(double tol, bool skip, int threads) {
+template <class Tableau, bool in_lanes = false> Diagram ours(double tol, bool skip, int threads) {
     DiagramSettings<double, 2> settings;
     settings.run.rtol = settings.run.atol[0] = settings.run.atol[1] = tol;
     settings.transient = n_transient;
@@ -61,8 +62,14 @@ template <class Tableau> Diagram ours(double tol, bool skip, int threads) {
     settings.skip_repeats = skip;
     settings.parallel.threads = threads;
     Diagram d;
-    const auto values =
-        bifurcation_diagram<Tableau>(Oscillator{}, parameters(), Vec<double, 2>(0, 0), settings);
+    const auto params = parameters();
+    const Vec<double, 2> x0(0, 0);
+    const auto values = [&] {
+        if constexpr (in_lanes)
+            return bifurcation_diagram_in_lanes<Tableau>(Oscillator{}, params, x0, settings);
+        else
+            return bifurcation_diagram<Tableau>(Oscillator{}, params, x0, settings);
+    }();
     for (std::size_t i = 0; const auto& value : values) {
         for (const auto& point : value.points)
             d.phases[i].push_back(2 * std::numbers::pi * point.t_local / value.period);
@@ -141,10 +148,18 @@ int main(int argc, char** argv) {
         {"dop853, skip_repeats", 1, [] { return ours<DormandPrince8>(tolerance, true, 1); }, 3},
         {"dop853, tolerance x 50", 1,
          [] { return ours<DormandPrince8>(50 * tolerance, false, 1); }},
+        {"lanes, dopri5", 1, [] { return ours<DormandPrince5, true>(tolerance, false, 1); }},
+        {"lanes, dop853", 1, [] { return ours<DormandPrince8, true>(tolerance, false, 1); }},
+        // (with `skip_repeats` lanes take other steps: what it changes is no rounding)
+        {"lanes, dop853, skip", 1, [] { return ours<DormandPrince8, true>(tolerance, true, 1); }},
     };
-    for (int threads = 2; threads <= detail::team_size(options.quick ? 2 : 64, 0); threads *= 2)
+    for (int threads = 2; threads <= detail::team_size(options.quick ? 2 : 64, 0); threads *= 2) {
         cases.push_back({"dop853, skip_repeats", threads,
                          [threads] { return ours<DormandPrince8>(tolerance, true, threads); }, 3});
+        cases.push_back({"lanes, dop853, skip", threads, [threads] {
+                             return ours<DormandPrince8, true>(tolerance, true, threads);
+                         }});
+    }
 
     const Diagram reference = ours<DormandPrince8>(1e-13, false, 0);
     bool right = true;

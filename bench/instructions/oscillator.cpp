@@ -7,7 +7,7 @@
 
 #include <filippov/engine/trajectory.hpp>
 #include <filippov/engine/variation.hpp>
-#include <filippov/orbits/diagram.hpp>
+#include <filippov/orbits/diagram_in_lanes.hpp>
 
 #include <cmath>
 
@@ -105,22 +105,37 @@ bench::Run diagram_by_hand() {
             }};
 }
 /// Every run to its end: where one begins to repeat itself is a matter of rounding.
+DiagramSettings<double, 2> diagram_settings() {
+    DiagramSettings<double, 2> settings;
+    settings.run = settings_of(1e-9);
+    settings.transient = transient;
+    settings.keep = keep;
+    settings.skip_repeats = false;
+    settings.parallel.threads = 1;
+    return settings;
+}
+std::vector<P> diagram_values() {
+    std::vector<P> values;
+    for (int i = 0; i < n_values; ++i)
+        values.push_back(params_at(home.A, omega_of(i)));
+    return values;
+}
+bool has_points(const std::vector<DiagramValue<double, 2>>& diagram) {
+    std::size_t points = 0;
+    for (const auto& value : diagram)
+        points += value.points.size();
+    return points >= 50;
+}
 bench::Run diagram() {
     return {"diagram, dop853, 1e-9", "diagram, hand loop, 1e-9", [] {
-                DiagramSettings<double, 2> settings;
-                settings.run = settings_of(1e-9);
-                settings.transient = transient;
-                settings.keep = keep;
-                settings.skip_repeats = false;
-                settings.parallel.threads = 1;
-                std::vector<P> values;
-                for (int i = 0; i < n_values; ++i)
-                    values.push_back(params_at(home.A, omega_of(i)));
-                std::size_t points = 0;
-                for (const auto& value :
-                     bifurcation_diagram<DormandPrince8>(Sys{}, values, X(0, 0), settings))
-                    points += value.points.size();
-                return points >= 50;
+                return has_points(bifurcation_diagram<DormandPrince8>(Sys{}, diagram_values(),
+                                                                      X(0, 0), diagram_settings()));
+            }};
+}
+bench::Run diagram_in_lanes() {
+    return {"diagram, lanes, dop853, 1e-9", "diagram, hand loop, 1e-9", [] {
+                return has_points(bifurcation_diagram_in_lanes<DormandPrince8>(
+                    Sys{}, diagram_values(), X(0, 0), diagram_settings()));
             }};
 }
 
@@ -157,6 +172,7 @@ int main(int argc, char** argv) {
     runs.push_back(plain<DormandPrince8>("dop853", crossing, 9));
     runs.push_back(diagram_by_hand());
     runs.push_back(diagram());
+    runs.push_back(diagram_in_lanes());
     runs.push_back(cells_by_hand());
     runs.push_back(cells<DormandPrince5>("dopri5"));
     runs.push_back(cells<DormandPrince8>("dop853"));

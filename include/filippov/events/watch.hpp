@@ -599,18 +599,30 @@ private:
             }
             const S t = at_.clock.local + Times::theta(k) * path.dt;
             const X x = k < Times::n ? path(Times::theta(k)) : path.x1;
-            if (slides_ && single_v<Sys>)
-                sample_slide(k, sliding_margin(at_.sys, at_.mode, t, x, at_.p));
+            if (slides_ && !path.kind.vouched)
+                sample_slide(k, t, x);
             for (const int g : active_guards())
-                if (trace(g).own_pace && !(slides_ && single_v<Sys> && of_slide(g)))
+                if (trace(g).own_pace && !of_slide(g))
                     trace(g).sample[k] = guard_value(g, t, x);
         }
     }
-    void sample_slide(std::size_t k, const Margin<S>& slide) {
+    /// Samples all guards of a slide, which one look at the fields gives.
+    void sample_slide(std::size_t k, const S& t, const X& x) {
+        if constexpr (single_v<Sys>) {
+            sample_margins(0, k, sliding_margin(at_.sys, at_.mode, t, x, at_.p));
+        } else {
+            const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p);
+            for (int j = 0; j < M; ++j)
+                if (at_.mode[j] == 0)
+                    sample_margins(j, k,
+                                   {slide.s[j], slide.below[j], slide.above[j], S(slide.w)});
+        }
+    }
+    void sample_margins(int slid, std::size_t k, const Margin<S>& slide) {
         const S beyond = s_max(at_.sys, at_.p) - S(1);
-        for (const auto& [g, value] : {std::pair{Guard<M>::below(0), S(beyond + slide.below)},
-                                       std::pair{Guard<M>::above(0), S(beyond + slide.above)},
-                                       std::pair{Guard<M>::transversal(0), slide.w}})
+        for (const auto& [g, value] : {std::pair{Guard<M>::below(slid), S(beyond + slide.below)},
+                                       std::pair{Guard<M>::above(slid), S(beyond + slide.above)},
+                                       std::pair{Guard<M>::transversal(slid), slide.w}})
             trace(g).sample[k] = trace(g).sense * value;
     }
     /// The fit of guard g to its values on a step, but for their rounding.
