@@ -53,6 +53,7 @@ public:
     virtual void take(std::size_t id, const OutcomeView& outcome) = 0;
 
     bool same_params = false, ends_at_exit = false, hears = false;
+    std::size_t at_once = 0;
     std::vector<double> escape{}; ///< shape (dim,), or empty: no bounds
 };
 
@@ -65,6 +66,7 @@ public:
         same_params = population.same_params;
         ends_at_exit = population.ends_at_exit;
         hears = population.hears;
+        at_once = population.at_once;
     }
     void member(std::size_t id, MemberView& view) override {
         const Member<N, P> m = population_.member(id);
@@ -123,6 +125,7 @@ template <class Sys, int W> class ErasedLanes final : public AnyLanes {
             this->same_params = any.same_params;
             this->ends_at_exit = any.ends_at_exit;
             this->hears = any.hears;
+            this->at_once = any.at_once;
             if (!any.escape.empty())
                 this->escape = padded<N>(any.escape, component_count(sys));
         }

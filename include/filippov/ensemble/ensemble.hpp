@@ -117,7 +117,9 @@ run_population(const Sys& sys, std::size_t n, Population<dim_v<Sys>, params_v<Sy
     // Long enough that lanes are full nearly all the time, short enough for the threads to share.
     const std::size_t team =
         std::max(std::size_t(detail::team_size(n, how.threads)), std::size_t(1));
-    const std::size_t wanted = std::clamp<std::size_t>(n / 64, 64 * W, 16384);
+    const std::size_t wanted = population.at_once > 0
+                                   ? population.at_once
+                                   : std::clamp<std::size_t>(n / 64, 64 * W, 16384);
     const std::size_t tile = std::max<std::size_t>(std::min(wanted, n / team + 1), W);
     Parallel tiles = how;
     tiles.total = n;

@@ -124,6 +124,9 @@ public:
     bool same_params = false;  ///< all members have the same parameters
     bool ends_at_exit = false; ///< the first exit from a slide ends a member, with status `event`
     bool hears = false;        ///< it wants to know of events
+    /// Members that a thread takes up at once; 0: so many that they end at any time. Fewer, where
+    /// they run for long, so that some have ended when a run is cancelled.
+    std::size_t at_once = 0;
     /// A member of which a component is larger than this has escaped: looked at after steps in
     /// lanes, else where a leg or the run ends.
     Vec<double, N> escape = Vec<double, N>::Constant(std::numeric_limits<double>::infinity());

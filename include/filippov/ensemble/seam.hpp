@@ -118,6 +118,7 @@ inline void add_runs(SeamFacts& facts) {
     facts.add("AnyPopulation::same_params", offsetof(AnyPopulation, same_params));
     facts.add("AnyPopulation::ends_at_exit", offsetof(AnyPopulation, ends_at_exit));
     facts.add("AnyPopulation::hears", offsetof(AnyPopulation, hears));
+    facts.add("AnyPopulation::at_once", offsetof(AnyPopulation, at_once));
     facts.add("AnyPopulation::escape", offsetof(AnyPopulation, escape));
     facts.type<PopulationRun>("PopulationRun");
     facts.add("PopulationRun::counters", offsetof(PopulationRun, counters));

@@ -38,6 +38,7 @@ public:
                    const Vec<double, N>& x0, const Task& task, std::vector<Value>& values)
         : sys_(sys), params_(params), x0_(x0), task_(task), values_(values), runs_(params.size()) {
         this->hears = !task.section.strobe;
+        this->at_once = 64; // with fewer, lanes stand empty
     }
 
     Member<N, P> member(std::size_t id) override {
@@ -132,7 +133,9 @@ diagram_by_members(const Sys& sys, std::span<const Params<Sys, double>> params,
     run(members);
     std::vector<std::size_t> failed;
     for (std::size_t i = 0; i < values.size(); ++i)
-        if (values[i].status != Status::ok && values[i].status != Status::interrupted)
+        if (values[i].status == Status::interrupted)
+            values[i] = {};
+        else if (values[i].status != Status::ok)
             failed.push_back(i);
     Parallel how = settings.parallel;
     how.progress = {}; // they were told of
