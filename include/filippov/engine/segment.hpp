@@ -608,7 +608,7 @@ private:
         return true;
     }
     /// Steps of the method.
-    FILIPPOV_FLATTEN Stop run() {
+    Stop run() {
         watch_.probe_at(steps_.times());
         const bool slides = place_.mode.sliding() > 0;
         if (!have_k0_)

@@ -60,11 +60,11 @@ template <class S> struct Clock {
     S offset() const { return period > S(0) ? S(index) * period : S(0); }
 
     /// Time from this clock to `other` (of the same period), without cancellation of large indices.
-    S until(const Clock& other) const {
+    FILIPPOV_INLINE S until(const Clock& other) const {
         return S(other.index - index) * period + ((other.local - local) - carry + other.carry);
     }
 
-    void advance(const S& dt) {
+    FILIPPOV_INLINE void advance(const S& dt) {
         // Neumaier: what the sum loses goes into the carry, and comes back with the next step
         const S step = dt + carry;
         const S next = local + step;

@@ -93,7 +93,7 @@ template <class Sys, class S> struct Place {
     }
 
 private:
-    void weigh() {
+    FILIPPOV_INLINE void weigh() {
         using std::abs;
         for (int i = 0; i < N; ++i)
             scale[i] = error_allowed(settings.atol[i], settings.rtol, S(abs(x[i])));
