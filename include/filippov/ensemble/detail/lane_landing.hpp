@@ -126,9 +126,8 @@ template <int Order, class Sys, int W> struct Leading {
 /// to rise far above its rounding within the step, and before the next derivative turns it back.
 /// @param band  what rounding leaves of h
 template <int Order, class Sys, int W>
-FILIPPOV_COLD FILIPPOV_FLATTEN LaneMask<W> decides(const Sys& sys, const Group<Sys, W>& g,
-                                                   const Leading<Order, Sys, W>& a,
-                                                   const Lanes<W>& band) {
+FILIPPOV_COLD LaneMask<W> decides(const Sys& sys, const Group<Sys, W>& g,
+                                  const Leading<Order, Sys, W>& a, const Lanes<W>& band) {
     using T = Lanes<W>;
     const T tau = g[proposal];
     // What is seen of the next derivative may be wrong by tens.
@@ -189,9 +188,8 @@ template <int W, int N> struct Contact {
 /// @param side   from which the solution comes; 0: it starts here
 /// @param where  it took all of the step `at`; elsewhere none
 template <class Sys, int W, int N>
-FILIPPOV_FLATTEN FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g,
-                                                       int side, const Landing<W, N>& at,
-                                                       const LaneMask<W>& where) {
+FILIPPOV_NOINLINE Contact<W, N> judge(const Run<Sys>& run, const Group<Sys, W>& g, int side,
+                                      const Landing<W, N>& at, const LaneMask<W>& where) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     using X = Vec<T, N>;
@@ -264,9 +262,9 @@ template <int W, int N> struct Exit {
 /// @param sign   +1 where the slide leaves below, -1 above
 /// @param slope  of s_max + sign s along the slide
 template <class Sys, int W, int N>
-FILIPPOV_FLATTEN FILIPPOV_NOINLINE Exit<W, N>
-judge_end(const Run<Sys>& run, const Group<Sys, W>& g, const Vec<Lanes<W>, N>& x, const Lanes<W>& t,
-          const Lanes<W>& sign, const Lanes<W>& slope) {
+FILIPPOV_NOINLINE Exit<W, N> judge_end(const Run<Sys>& run, const Group<Sys, W>& g,
+                                       const Vec<Lanes<W>, N>& x, const Lanes<W>& t,
+                                       const Lanes<W>& sign, const Lanes<W>& slope) {
     using T = Lanes<W>;
     using Mask = LaneMask<W>;
     using X = Vec<T, N>;

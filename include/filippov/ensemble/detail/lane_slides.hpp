@@ -87,7 +87,7 @@ public:
     }
 
     /// The end of a slide in the piece of a window between `reach` and `across`.
-    FILIPPOV_FLATTEN Leaving end(Group& g) const {
+    Leaving end(Group& g) const {
         const X x = g.x();
         const Q& p = g.p();
         const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
@@ -209,7 +209,7 @@ public:
 
     /// A step in doubt: taken again, looked along, and ended where the slide ends. A step that does
     /// not show plainly which end it meets, if any, is tried shorter.
-    FILIPPOV_FLATTEN Leaving end(Group& g) const {
+    Leaving end(Group& g) const {
         const X x = g.x(), size = scale(run_.settings, x);
         const Q& p = g.p();
         const T t = g[time], dt = g[trial], limit = s_max(sys_, p);
@@ -302,8 +302,8 @@ private:
     }
     /// The slide at a point, which is put on the surface first, so that the fields need not exist
     /// off it. Called by each stage: two fields, h and its gradient are worth a call.
-    FILIPPOV_FLATTEN FILIPPOV_NOINLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
-                                                                const X& size) const {
+    FILIPPOV_NOINLINE Sliding<Sys, T> slide_at(const T& t, const X& x, const Q& p,
+                                               const X& size) const {
         return sliding(sys_, Mode<1>{}, t, toward_surface(sys_, 0, t, x, p, size), p);
     }
     /// Where the surface may have moved away from the step's end: see `lost_surface`. A lone run

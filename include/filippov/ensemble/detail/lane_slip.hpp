@@ -122,7 +122,7 @@ public:
 
     /// A step that falls through the surface: its end is sought at once. Where that is not found as
     /// plainly, it is looked along like any other step in doubt.
-    template <class Side> FILIPPOV_FLATTEN Leaving fall(Group& g, Side side) const {
+    template <class Side> Leaving fall(Group& g, Side side) const {
         const Q& p = g.p();
         Rk rk;
         rk.k[0] = g.k0();
@@ -139,7 +139,7 @@ public:
     }
 
     /// A step in doubt: taken again, looked along, and ended at the event if there is one.
-    template <class Side> FILIPPOV_FLATTEN Leaving meet(Group& g, Side side) const {
+    template <class Side> Leaving meet(Group& g, Side side) const {
         const Q& p = g.p();
         const T t = g[time], dt = g[trial];
         Rk rk;
