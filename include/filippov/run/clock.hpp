@@ -70,12 +70,12 @@ template <class S> struct Clock {
         const S next = local + step;
         carry = step - (next - local);
         local = next;
-        if (period > S(0))
+        if (period > S(0) && !(local >= S(0) && local < period)) [[unlikely]]
             wrap();
     }
 
 private:
-    void wrap() {
+    FILIPPOV_COLD void wrap() {
         using std::abs;
         using std::floor;
         using std::fma;

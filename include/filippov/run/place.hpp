@@ -34,7 +34,7 @@ template <class Sys, class S> struct Place {
     Place(const Sys& system, const P& params, const Settings<S, N>& how)
         : sys(system), p(params), settings(how) {}
 
-    void put(const X& y) {
+    FILIPPOV_INLINE void put(const X& y) {
         x = y;
         weigh();
     }
