@@ -4,17 +4,16 @@
 
 namespace filippov {
 
-template void Tape::interpret(Taylor<double, 1>*, const Taylor<double, 1>&,
-                              const Taylor<double, 1>*, const Taylor<double, 1>*,
-                              Taylor<double, 1>*) const;
-template void Tape::interpret(Taylor<double, 2>*, const Taylor<double, 2>&,
-                              const Taylor<double, 2>*, const Taylor<double, 2>*,
-                              Taylor<double, 2>*) const;
-template void Tape::interpret(Taylor<double, 4>*, const Taylor<double, 4>&,
-                              const Taylor<double, 4>*, const Taylor<double, 4>*,
-                              Taylor<double, 4>*) const;
-template void Tape::interpret(Taylor<double, 9>*, const Taylor<double, 9>&,
-                              const Taylor<double, 9>*, const Taylor<double, 9>*,
-                              Taylor<double, 9>*) const;
+template struct Tape::Interpreter<Taylor<double, 1>>;
+template struct Tape::Interpreter<Taylor<double, 2>>;
+template struct Tape::Interpreter<Taylor<double, 4>>;
+template struct Tape::Interpreter<Taylor<double, 9>>;
+template struct Tape::Interpreter<Taylor<Taylor<double, 1>, 1>>;
+template struct Tape::Interpreter<Taylor<Taylor<double, 2>, 1>>;
+template struct Tape::Interpreter<Taylor<Taylor<double, 4>, 1>>;
+template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 1>, 1>, 1>>;
+template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 2>, 1>, 1>>;
+template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 4>, 1>, 1>>;
+template struct Tape::Interpreter<Dual<Dual<double, 2>, 2>>;
 
 } // namespace filippov

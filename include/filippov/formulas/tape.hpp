@@ -74,10 +74,13 @@ private:
     FILIPPOV_INLINE void run_in(const S& t, const S* x, const S* p, S* out) const {
         // raw: numbers with derivatives would all be set to zero first
         alignas(S) std::byte raw[sizeof(S) * Slots];
-        interpret(reinterpret_cast<S*>(raw), t, x, p, out);
+        Interpreter<S>::run(*this, reinterpret_cast<S*>(raw), t, x, p, out);
     }
-    template <class S>
-    FILIPPOV_NOINLINE void interpret(S* slots, const S& t, const S* x, const S* p, S* out) const;
+    /// A class, so that one line says of a scalar that the library filippov::compiled runs it.
+    template <class S> struct Interpreter {
+        FILIPPOV_NOINLINE static void run(const Tape& tape, S* slots, const S& t, const S* x,
+                                          const S* p, S* out);
+    };
 
     std::vector<detail::Instruction> code_{1}; ///< the last one is `halt`
     std::vector<detail::Operand> outputs_;
@@ -90,7 +93,8 @@ private:
 };
 
 template <class S>
-void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const {
+void Tape::Interpreter<S>::run(const Tape& tape, S* slots, const S& t, const S* x, const S* p,
+                               S* out) {
     using detail::Code;
     using elementary::cos;
     using elementary::sin;
@@ -106,12 +110,12 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
         return int(static_cast<std::int16_t>(n.b.index));
     };
     S acc(0);
-    const detail::Instruction* i = code_.data();
+    const detail::Instruction* i = tape.code_.data();
     for (;; ++i) {
         switch (i->code) {
         case Code::halt:
-            for (std::size_t k = 0; k < outputs_.size(); ++k)
-                out[k] = at(outputs_[k]);
+            for (std::size_t k = 0; k < tape.outputs_.size(); ++k)
+                out[k] = at(tape.outputs_[k]);
             return;
         case Code::set:
             acc = S(i->k);
@@ -315,7 +319,7 @@ void Tape::interpret(S* slots, const S& t, const S* x, const S* p, S* out) const
             acc = sign(S(acc));
             break;
         case Code::call: {
-            const External& f = *functions_[i->a.index];
+            const External& f = *tape.functions_[i->a.index];
             for (int k = 0; k < f.outputs; ++k)
                 std::construct_at(slots + i->slot + k, S(std::numeric_limits<double>::quiet_NaN()));
             evaluate(f, t, x, p, slots + i->slot);
@@ -346,19 +350,18 @@ FILIPPOV_NOINLINE FILIPPOV_IN_LIBRARY void Tape::run_in_steps(double t, const do
 #endif
 
 #if defined(FILIPPOV_COMPILED)
-// Of series of plain numbers, which systems of every size ask for.
-extern template void Tape::interpret(Taylor<double, 1>*, const Taylor<double, 1>&,
-                                     const Taylor<double, 1>*, const Taylor<double, 1>*,
-                                     Taylor<double, 1>*) const;
-extern template void Tape::interpret(Taylor<double, 2>*, const Taylor<double, 2>&,
-                                     const Taylor<double, 2>*, const Taylor<double, 2>*,
-                                     Taylor<double, 2>*) const;
-extern template void Tape::interpret(Taylor<double, 4>*, const Taylor<double, 4>&,
-                                     const Taylor<double, 4>*, const Taylor<double, 4>*,
-                                     Taylor<double, 4>*) const;
-extern template void Tape::interpret(Taylor<double, 9>*, const Taylor<double, 9>&,
-                                     const Taylor<double, 9>*, const Taylor<double, 9>*,
-                                     Taylor<double, 9>*) const;
+// Of scalars for which systems of every size, or all with several surfaces, ask.
+extern template struct Tape::Interpreter<Taylor<double, 1>>;
+extern template struct Tape::Interpreter<Taylor<double, 2>>;
+extern template struct Tape::Interpreter<Taylor<double, 4>>;
+extern template struct Tape::Interpreter<Taylor<double, 9>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<double, 1>, 1>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<double, 2>, 1>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<double, 4>, 1>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 1>, 1>, 1>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 2>, 1>, 1>>;
+extern template struct Tape::Interpreter<Taylor<Taylor<Taylor<double, 4>, 1>, 1>>;
+extern template struct Tape::Interpreter<Dual<Dual<double, 2>, 2>>;
 #endif
 
 } // namespace filippov
