@@ -147,18 +147,6 @@ public:
             return nullptr;
     }
     DiagramColumns diagram(const DiagramTask& task) const override {
-        switch (task.settings.method) {
-        case Method::dopri5:
-            return diagram<DormandPrince5>(task);
-        case Method::dop853:
-            return diagram<DormandPrince8>(task);
-        default:
-            return diagram<Rodas5P>(task);
-        }
-    }
-
-private:
-    template <class Tableau> DiagramColumns diagram(const DiagramTask& task) const {
         const std::size_t given = facts_.params.size();
         std::vector<P> all(task.params.size() / std::max<std::size_t>(given, 1));
         for (std::size_t i = 0; i < all.size(); ++i)
@@ -178,20 +166,38 @@ private:
         d.skip_repeats = task.skip_repeats;
         d.parallel = task.parallel;
         const X x0 = padded<N>(task.x0, facts_.dim);
-        return columns(values_of<Tableau>(all, x0, d, task));
+        return columns(values_of(all, x0, d, task));
     }
-    template <class Tableau>
+
+private:
+    /// See `WithSteps`.
+    struct WithMethod {
+        Method method;
+
+        template <class Use> auto operator()(const Use& use) const {
+            switch (method) {
+            case Method::dopri5:
+                return WithSteps<DormandPrince5, Sys, double>{}(use);
+            case Method::dop853:
+                return WithSteps<DormandPrince8, Sys, double>{}(use);
+            default:
+                return WithSteps<Rodas5P, Sys, double>{}(use);
+            }
+        }
+    };
     std::vector<DiagramValue<double, N>> values_of(const std::vector<P>& params, const X& x0,
                                                    const DiagramSettings<double, N>& d,
                                                    const DiagramTask& task) const {
-        if constexpr (single_v<Sys> && !std::is_same_v<Tableau, Rodas5P>)
-            if (task.lanes != nullptr && lanes_know(d))
-                return filippov::detail::diagram_by_members<Tableau>(
-                    sys_, params, x0, d, [&](Population<N, params_v<Sys>>& members) {
+        const WithMethod with_steps{task.settings.method};
+        if constexpr (single_v<Sys>)
+            if (task.lanes != nullptr && with_steps.method != Method::rodas5p && lanes_know(d))
+                return filippov::detail::diagram_by_members(
+                    with_steps, sys_, params, x0, d, [&](Population<N, params_v<Sys>>& members) {
                         ErasedPopulation<N, params_v<Sys>> any(members);
                         task.lanes->run(params.size(), any, task.settings, d.parallel);
                     });
-        return bifurcation_diagram<Tableau>(sys_, std::span<const P>(params), x0, d);
+        return filippov::detail::diagram_by(with_steps, sys_, std::span<const P>(params), x0, d,
+                                            Sections<>{});
     }
     DiagramColumns columns(const std::vector<DiagramValue<double, N>>& values) const {
         DiagramColumns c;
@@ -232,16 +238,6 @@ private:
     }
     /// @param script  what to choose where the solution is not unique; null: by the policy
     Run run(const Task& task, Script<double, M>* script) const {
-        switch (task.settings.method) {
-        case Method::dopri5:
-            return run<DormandPrince5>(task, script);
-        case Method::dop853:
-            return run<DormandPrince8>(task, script);
-        default:
-            return run<Rodas5P>(task, script);
-        }
-    }
-    template <class Tableau> Run run(const Task& task, Script<double, M>* script) const {
         const Settings<double, N> settings =
             filippov::detail::sized_settings<N>(task.settings, facts_.dim);
         const X x0 = padded<N>(task.x0, facts_.dim);
@@ -263,8 +259,11 @@ private:
                 return event.kind == EventKind::section && ++hits[q] == task.watches[q].stop_after;
             };
         observer.stop = task.interrupted;
-        recorder.finish(flow<Tableau>(sys_, p, x0, task.t0, task.t_end, settings, observer,
-                                      sections_of(task.watches)));
+        recorder.finish(WithMethod{task.settings.method}([&](Steps<Sys, double>& steps) {
+            return filippov::detail::flow_by<Sys, double>(steps, sys_, p, x0, task.t0, task.t_end,
+                                                          settings, observer,
+                                                          sections_of(task.watches));
+        }));
         if (samples)
             samples->finish(kept.result);
         Run run = samples ? columns(*samples) : columns(kept);

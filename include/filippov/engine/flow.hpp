@@ -834,6 +834,25 @@ private:
     int n_same_ = 0;
 };
 
+/// `flow` by the steps of any method: compiled once for all of them.
+template <class Sys, std::floating_point S, class Sec>
+FILIPPOV_INLINE FlowResult<S, dim_v<Sys>, surfaces_v<Sys>>
+flow_by(Steps<Sys, S>& steps, const Sys& sys, const GivenParams<Sys, S>& params,
+        const Vec<S, dim_v<Sys>>& x0, std::type_identity_t<S> t0, std::type_identity_t<S> t_end,
+        const Settings<S, dim_v<Sys>>& settings, const ObserverOf<Sys, S>& observer,
+        const Sec& watched, const KnownStart<surfaces_v<Sys>>& known_start = {}) {
+    const Params<Sys, S> p = params.of(sys);
+    validate(settings);
+    validate_start(x0, t0, t_end, p, given_params(sys));
+    validate_known_start(sys, known_start);
+    validate_sections(watched);
+    if (observer.begin)
+        observer.begin(t0, t_end);
+    const AnySections<S, dim_v<Sys>, params_v<Sys>> sections(watched);
+    return Flow<Sys, S>(sys, p, t0, x0, t_end, settings, observer, sections, known_start, steps)
+        .run();
+}
+
 } // namespace detail
 
 /// Follows the Filippov solution from x0 at t0 to t_end (backwards if t_end < t0).
@@ -853,18 +872,9 @@ flow(const Sys& sys, const GivenParams<Sys, S>& params, const Vec<S, dim_v<Sys>>
      const Settings<S, dim_v<Sys>>& settings = {}, const ObserverOf<Sys, S>& observer = {},
      const Sec& watched = {}, const KnownStart<surfaces_v<Sys>>& known_start = {}) {
     require_system<Sys>();
-    const Params<Sys, S> p = params.of(sys);
-    validate(settings);
-    validate_start(x0, t0, t_end, p, given_params(sys));
-    detail::validate_known_start(sys, known_start);
-    detail::validate_sections(watched);
-    if (observer.begin)
-        observer.begin(t0, t_end);
-    const AnySections<S, dim_v<Sys>, params_v<Sys>> sections(watched);
     StepsOf<Tableau, Sys, S> steps;
-    return detail::Flow<Sys, S>(sys, p, t0, x0, t_end, settings, observer, sections, known_start,
-                                steps)
-        .run();
+    return detail::flow_by<Sys, S>(steps, sys, params, x0, t0, t_end, settings, observer, watched,
+                                   known_start);
 }
 
 } // namespace filippov

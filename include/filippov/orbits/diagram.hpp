@@ -252,10 +252,10 @@ template <class S, class Sys> bool can_begin(const Sys& sys, const Params<Sys, S
 }
 
 /// One value of the diagram.
-template <class Tableau, class Sys, class S, class Sec>
-void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& x0,
-                  const DiagramSettings<S, dim_v<Sys>>& d, Worker* worker, const Sec& watched,
-                  DiagramValue<S, dim_v<Sys>>& value) {
+template <class With, class Sys, class S, class Sec>
+void follow_value(const With& with_steps, const Sys& sys, const Params<Sys, S>& p,
+                  const State<Sys, S>& x0, const DiagramSettings<S, dim_v<Sys>>& d, Worker* worker,
+                  const Sec& watched, DiagramValue<S, dim_v<Sys>>& value) {
     constexpr int N = dim_v<Sys>, M = surfaces_v<Sys>;
     const S T = filippov::period(sys, p);
     value.period = T;
@@ -270,7 +270,9 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     Observer<S, N, M> observer = recorder;
     if (worker != nullptr)
         observer.stop = [worker] { return worker->stopped(); };
-    const auto result = flow<Tableau>(sys, p, x0, S(0), t_end, d.run, observer, watched);
+    const auto result = with_steps([&](Steps<Sys, S>& steps) {
+        return flow_by<Sys, S>(steps, sys, p, x0, S(0), t_end, d.run, observer, watched);
+    });
     value.status = result.status;
     if (result.status != Status::ok)
         value.message = result.message();
@@ -278,6 +280,34 @@ void follow_value(const Sys& sys, const Params<Sys, S>& p, const State<Sys, S>& 
     value.skipped = recorder.skipped();
     value.x_end = result.x;
     value.counters = result.counters;
+}
+
+/// `bifurcation_diagram` by the steps of any method.
+template <class With, class Sys, class S, class Sec>
+std::vector<DiagramValue<S, dim_v<Sys>>>
+diagram_by(const With& with_steps, const Sys& sys, std::span<const Params<Sys, S>> params,
+           const Vec<S, dim_v<Sys>>& x0, const DiagramSettings<S, dim_v<Sys>>& settings,
+           const Sec& watched) {
+    validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
+    validate_start(x0, S(0), S(1), Params<Sys, S>(Params<Sys, S>::Constant(S(0))), 0);
+    std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
+    const std::size_t n = params.size();
+    const std::size_t items =
+        settings.follow ? std::min(n, static_cast<std::size_t>(settings.chains)) : n;
+    Parallel how = settings.parallel;
+    how.total = n;
+    parallel_for(items, how, [&](std::size_t item, Worker& worker) {
+        Vec<S, dim_v<Sys>> start = x0;
+        for (std::size_t i = item * n / items; i < (item + 1) * n / items; ++i) {
+            if (worker.stopped())
+                return;
+            follow_value(with_steps, sys, params[i], start, settings, &worker, watched, values[i]);
+            worker.count();
+            if (settings.follow)
+                start = values[i].status == Status::ok ? values[i].x_end : x0;
+        }
+    });
+    return values;
 }
 
 } // namespace detail
@@ -303,27 +333,7 @@ bifurcation_diagram(const Sys& sys, std::span<const Params<Sys, std::type_identi
                     const Vec<S, dim_v<Sys>>& x0, const DiagramSettings<S, dim_v<Sys>>& settings,
                     const Sec& watched = {}) {
     require_system<Sys>();
-    detail::validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
-    validate_start(x0, S(0), S(1), Params<Sys, S>(Params<Sys, S>::Constant(S(0))), 0);
-    std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
-    const std::size_t n = params.size();
-    const std::size_t items =
-        settings.follow ? std::min(n, static_cast<std::size_t>(settings.chains)) : n;
-    Parallel how = settings.parallel;
-    how.total = n;
-    parallel_for(items, how, [&](std::size_t item, Worker& worker) {
-        Vec<S, dim_v<Sys>> start = x0;
-        for (std::size_t i = item * n / items; i < (item + 1) * n / items; ++i) {
-            if (worker.stopped())
-                return;
-            detail::follow_value<Tableau>(sys, params[i], start, settings, &worker, watched,
-                                          values[i]);
-            worker.count();
-            if (settings.follow)
-                start = values[i].status == Status::ok ? values[i].x_end : x0;
-        }
-    });
-    return values;
+    return detail::diagram_by(WithSteps<Tableau, Sys, S>{}, sys, params, x0, settings, watched);
 }
 
 } // namespace filippov

@@ -123,10 +123,10 @@ private:
 
 /// A diagram by whatever runs the population that it is given. What does not end well there is for
 /// the scalar engine, which says why.
-template <class Tableau, class Sys, class RunMembers>
+template <class With, class Sys, class RunMembers>
 std::vector<DiagramValue<double, dim_v<Sys>>>
-diagram_by_members(const Sys& sys, std::span<const Params<Sys, double>> params,
-                   const Vec<double, dim_v<Sys>>& x0,
+diagram_by_members(const With& with_steps, const Sys& sys,
+                   std::span<const Params<Sys, double>> params, const Vec<double, dim_v<Sys>>& x0,
                    const DiagramSettings<double, dim_v<Sys>>& settings, const RunMembers& run) {
     std::vector<DiagramValue<double, dim_v<Sys>>> values(params.size());
     DiagramMembers<Sys> members(sys, params, x0, settings, values);
@@ -142,7 +142,7 @@ diagram_by_members(const Sys& sys, std::span<const Params<Sys, double>> params,
     parallel_for(failed.size(), how, [&](std::size_t k, Worker& worker) {
         const std::size_t i = failed[k];
         values[i] = {};
-        follow_value<Tableau>(sys, params[i], x0, settings, &worker, Sections<>{}, values[i]);
+        follow_value(with_steps, sys, params[i], x0, settings, &worker, Sections<>{}, values[i]);
     });
     return values;
 }
@@ -166,8 +166,9 @@ bifurcation_diagram_in_lanes(const Sys& sys, std::span<const Params<Sys, double>
             detail::validate<double, dim_v<Sys>, 1>(settings, is_forced<double>(sys));
             validate_start(x0, 0.0, 1.0, Params<Sys, double>(Params<Sys, double>::Constant(0.0)),
                            0);
-            return detail::diagram_by_members<Tableau>(
-                sys, params, x0, settings, [&](Population<dim_v<Sys>, params_v<Sys>>& members) {
+            return detail::diagram_by_members(
+                WithSteps<Tableau, Sys, double>{}, sys, params, x0, settings,
+                [&](Population<dim_v<Sys>, params_v<Sys>>& members) {
                     run_population<Tableau, W>(sys, params.size(), members, settings.run,
                                                settings.parallel);
                 });

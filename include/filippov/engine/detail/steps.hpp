@@ -196,4 +196,13 @@ private:
     Stepper rk_;
 };
 
+/// What `use` makes of the steps of a method. Where the method is known when the program runs,
+/// another class chooses among these: all but the steps is compiled once.
+template <class Tableau, class Sys, class S> struct WithSteps {
+    template <class Use> auto operator()(const Use& use) const {
+        StepsOf<Tableau, Sys, S> steps;
+        return use(steps);
+    }
+};
+
 } // namespace filippov
