@@ -266,10 +266,16 @@ private:
             return admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_, arrival,
                               settings_.on_nonunique);
         };
+        const auto undecided = [](const Verdict<M>& v) {
+            return v.finite && (v.below.sign == 0 || v.above.sign == 0);
+        };
         Verdict<M> v = judged();
-        if (v.finite && (v.below.sign == 0 || v.above.sign == 0) &&
-            segment_.longer_time_scale() > arrival.tau) {
+        if (undecided(v) && segment_.longer_time_scale() > arrival.tau) {
             arrival.tau = segment_.longer_time_scale();
+            v = judged();
+        }
+        if (undecided(v)) {
+            arrival.looks_ahead = true;
             v = judged();
         }
         if (is_kind(sys_, j, SurfaceKind::kink) && v.finite) {

@@ -32,6 +32,7 @@ template <class S> struct Arrival {
     int from = 0;               ///< the side that it came from; 0 if it starts or slid here
     bool below_tangent = false; ///< L1 = 0, because the end of a slide was located by it
     bool above_tangent = false; ///< the same of L2
+    bool looks_ahead = false;   ///< where no derivative shows where h goes, the field a while later
 };
 
 /// Where one side's field takes a point of h_j = 0: the first non-zero derivative of h_j along it.
@@ -112,6 +113,27 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
             return change / dt;
     }
     return S(0);
+}
+
+/// The sign of h_j' a while later along the surface and the field of `mode`, where no derivative
+/// says which: where the field is not smooth (an inflow that opens), or rises more slowly than four
+/// derivatives tell. 0 where none up to a hundredth of tau is more than rounding: it stays tangent.
+template <class Sys, class S>
+FILIPPOV_COLD int sign_ahead(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
+                             const State<Sys, S>& x, const Params<Sys, S>& p, const S& tau) {
+    using std::abs;
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
+    const S size = gradient.squaredNorm();
+    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
+        const S later = t + dt;
+        State<Sys, S> y = x + dt * f;
+        y -= (switching(sys, later, y, p)[j] / size) * gradient;
+        const State<Sys, S> there = side_field(sys, mode, later, y, p);
+        const S slope = normal_component(sys, j, later, y, p, there);
+        if (!(abs(slope) <= S(100) * rate_rounding(sys, j, later, y, p, there)))
+            return slope * tau > S(0) ? 1 : slope * tau < S(0) ? -1 : 0;
+    }
+    return 0;
 }
 
 /// What rounding leaves of h at a point of its surface: of its terms, and of the step that led
@@ -202,6 +224,10 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
         if (!nothing)
             next = d;
     }
+    if (next.order == 0 && arrival.looks_ahead)
+        if (const int ahead = sign_ahead(sys, mode, j, t, x, p, S(S(arrival.direction) * tau));
+            ahead != 0)
+            return {ahead, 2, true};
     return {detail::sign(next.value), next.order, true};
 }
 
@@ -228,7 +254,7 @@ bool same_curvature(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& 
 template <class Sys, class S>
 bool same_rate(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t, const S& tau,
                const State<Sys, S>& x, const Params<Sys, S>& p, const Sides<Sys, S>& here) {
-    for (const double later : {0.0, 0.3, 1.7})
+    for (const double later : {0.3, 1.7})
         for (const State<Sys, S>& f : {here.f1, here.f2}) {
             const S dt = S(later) * tau;
             const auto there = both_sides(sys, mode, j, S(t + dt), State<Sys, S>(x + dt * f), p);
@@ -317,8 +343,10 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
     if (mode[j] != 0)
         starts.side[i] = std::max(1, mode[j] < 0 ? v.below.order : v.above.order);
     else {
-        starts.below[i] = std::max(0, v.below.order - 1);
-        starts.above[i] = std::max(0, v.above.order - 1);
+        // (a side whose field stays tangent holds s at its end for as long as it does)
+        const auto order = [](const Departure& d) { return d.sign == 0 ? 2 : d.order - 1; };
+        starts.below[i] = order(v.below);
+        starts.above[i] = order(v.above);
     }
     return starts;
 }
@@ -335,9 +363,12 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
 ///
 /// At the boundary of the sliding region one first derivative vanishes and the next one decides; it
 /// is then also the derivative of s along the sliding field, so that exactly one of "slide" and
-/// "leave" is admissible. Two vanishing at once is a two-fold: not unique. Where one side rests (an
-/// equilibrium on the boundary, as at the limit of friction) and the other leads to the surface,
-/// the slide rests, too, and is what the solution does.
+/// "leave" is admissible. Two vanishing at once is a two-fold: not unique.
+///
+/// **Staying at a limit.** Where one side's field stays tangent to the surface (all its derivatives
+/// vanish, and a while later so do they), and the other leads to the surface, the solution stays: a
+/// slide with s at the end of the first, whose field is then the sliding field. So does what is
+/// empty, blocked or clamped, and what rests at the limit of friction.
 ///
 /// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
 template <class Sys, class S>
@@ -373,7 +404,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     const bool bent_alike = two_fold && v.below.sign == v.above.sign &&
                             same_rate(sys, mode, j, t, S(forward * arrival.tau), x, p, b);
     const bool vanish = v.below.sign == 0 || v.above.sign == 0;
-    const auto stays = [&](int side, const Departure& departure) {
+    const auto at_rest = [&](int side, const Departure& departure) {
         if (departure.sign != 0)
             return false;
         mode.set(j, side);
@@ -382,7 +413,6 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         };
         return rests(field, t, S(forward * arrival.tau), x, side < 0 ? b.f2 : b.f1);
     };
-    const bool below_stays = stays(-1, v.below), above_stays = stays(+1, v.above);
     const auto option = [&](int side) {
         mode.set(j, side);
         v.add(mode, detail::starts_at(v, mode, j), policy);
@@ -390,14 +420,17 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     if (held) {
         v.unique = true;
         option(0);
-    } else if (below_stays && above_stays) {
+    } else if (at_rest(-1, v.below) && at_rest(+1, v.above)) {
         v.unique = true;
         option(side_before < 0 ? -1 : +1);
-    } else if ((below_stays && v.above.sign < 0) || (above_stays && v.below.sign > 0)) {
+    } else if ((v.below.sign == 0 && v.above.sign < 0) ||
+               (v.above.sign == 0 && v.below.sign > 0)) { // stays at a limit
         v.unique = true;
         option(0);
     } else if (vanish) {
-        v.reason = "all derivatives of h up to order four vanish";
+        v.reason = v.below.sign == v.above.sign
+                       ? "both sides' fields are tangent to the surface"
+                       : "one side's field is tangent to the surface, the other leads away from it";
         for (const int side : {-1, 0, 1})
             option(side);
     } else if (two_fold && !same_field && !bent_alike) {
