@@ -49,7 +49,7 @@ template <class Sys, class S> struct TrialPath final : TriedPath<S, dim_v<Sys>> 
         built = false;
     }
     /// Probes the guards along the interpolant, and judges the step.
-    void probe() {
+    FILIPPOV_FLATTEN void probe() {
         const ProbeTimes<S>& times = steps.times();
         build();
         probed_field(at, guards, [&](auto&& rhs) {
