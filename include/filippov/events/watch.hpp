@@ -614,8 +614,7 @@ private:
             const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p);
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0)
-                    sample_margins(j, k,
-                                   {slide.s[j], slide.below[j], slide.above[j], S(slide.w)});
+                    sample_margins(j, k, {slide.s[j], slide.below[j], slide.above[j], S(slide.w)});
         }
     }
     void sample_margins(int slid, std::size_t k, const Margin<S>& slide) {
