@@ -85,11 +85,7 @@ public:
     void take(std::size_t id, const OutcomeView& o) override { population_.take(id, sized(o)); }
 
 private:
-    static Vec<double, N> sized(std::span<const double> x) {
-        Vec<double, N> all = Vec<double, N>::Zero();
-        std::copy(x.begin(), x.end(), all.begin());
-        return all;
-    }
+    static Vec<double, N> sized(std::span<const double> x) { return padded<N>(x, int(x.size())); }
     static Outcome<N> sized(const OutcomeView& o) {
         return {o.status, o.clock, sized(o.x), o.mode, o.events, o.slides, o.slide_time, o.steps};
     }

@@ -242,6 +242,13 @@ template <class S, int N, int M> void validate(const DiagramSettings<S, N>& d, b
     require_positive("chains", d.chains);
 }
 
+/// ... and of a start that makes no sense either.
+template <class Sys, class S>
+void validate(const Sys& sys, const DiagramSettings<S, dim_v<Sys>>& d, const State<Sys, S>& x0) {
+    validate<S, dim_v<Sys>, surfaces_v<Sys>>(d, is_forced<S>(sys));
+    validate_start(x0, S(0), S(1), Params<Sys, S>(Params<Sys, S>::Constant(S(0))), 0);
+}
+
 /// False of parameters that are not finite, or leave no period where there has to be one.
 template <class S, class Sys> bool can_begin(const Sys& sys, const Params<Sys, S>& p) {
     S sum(0);
@@ -288,8 +295,7 @@ std::vector<DiagramValue<S, dim_v<Sys>>>
 diagram_by(const With& with_steps, const Sys& sys, std::span<const Params<Sys, S>> params,
            const Vec<S, dim_v<Sys>>& x0, const DiagramSettings<S, dim_v<Sys>>& settings,
            const Sec& watched) {
-    validate<S, dim_v<Sys>, surfaces_v<Sys>>(settings, is_forced<S>(sys));
-    validate_start(x0, S(0), S(1), Params<Sys, S>(Params<Sys, S>::Constant(S(0))), 0);
+    validate(sys, settings, x0);
     std::vector<DiagramValue<S, dim_v<Sys>>> values(params.size());
     const std::size_t n = params.size();
     const std::size_t items =

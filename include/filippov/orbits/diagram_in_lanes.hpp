@@ -128,6 +128,7 @@ std::vector<DiagramValue<double, dim_v<Sys>>>
 diagram_by_members(const With& with_steps, const Sys& sys,
                    std::span<const Params<Sys, double>> params, const Vec<double, dim_v<Sys>>& x0,
                    const DiagramSettings<double, dim_v<Sys>>& settings, const RunMembers& run) {
+    validate(sys, settings, x0);
     std::vector<DiagramValue<double, dim_v<Sys>>> values(params.size());
     DiagramMembers<Sys> members(sys, params, x0, settings, values);
     run(members);
@@ -162,17 +163,13 @@ bifurcation_diagram_in_lanes(const Sys& sys, std::span<const Params<Sys, double>
                              const Vec<double, dim_v<Sys>>& x0,
                              const DiagramSettings<double, dim_v<Sys>>& settings) {
     if constexpr (RunsInLanes<Sys>)
-        if (lanes_know(settings)) {
-            detail::validate<double, dim_v<Sys>, 1>(settings, is_forced<double>(sys));
-            validate_start(x0, 0.0, 1.0, Params<Sys, double>(Params<Sys, double>::Constant(0.0)),
-                           0);
+        if (lanes_know(settings))
             return detail::diagram_by_members(
                 WithSteps<Tableau, Sys, double>{}, sys, params, x0, settings,
                 [&](Population<dim_v<Sys>, params_v<Sys>>& members) {
                     run_population<Tableau, W>(sys, params.size(), members, settings.run,
                                                settings.parallel);
                 });
-        }
     return bifurcation_diagram<Tableau>(sys, params, x0, settings);
 }
 

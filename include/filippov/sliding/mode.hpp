@@ -93,9 +93,10 @@ S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const
     return S(8) * epsilon<S> * terms;
 }
 
-/// How h_j' changes with time along the surface, where the field of `mode` bends infinitely (a law
-/// of friction like a root of the speed): where h_j' is small, this alone tells where it leads.
-/// Told by a while short enough; 0 where none up to a hundredth of tau shows more than rounding.
+/// How h_j' changes with time along the surface, where derivatives of the field of `mode` do not
+/// tell where it leads: it bends infinitely (a law of friction like a root of the speed), it is not
+/// smooth (an inflow that opens), or all of them vanish. Told by a while short enough; 0 where none
+/// up to a hundredth of tau shows more than rounding.
 template <class Sys, class S>
 FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j,
                                      const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
@@ -113,27 +114,6 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
             return change / dt;
     }
     return S(0);
-}
-
-/// The sign of h_j' a while later along the surface and the field of `mode`, where no derivative
-/// says which: where the field is not smooth (an inflow that opens), or rises more slowly than four
-/// derivatives tell. 0 where none up to a hundredth of tau is more than rounding: it stays tangent.
-template <class Sys, class S>
-FILIPPOV_COLD int sign_ahead(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S& t,
-                             const State<Sys, S>& x, const Params<Sys, S>& p, const S& tau) {
-    using std::abs;
-    const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
-    const S size = gradient.squaredNorm();
-    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
-        const S later = t + dt;
-        State<Sys, S> y = x + dt * f;
-        y -= (switching(sys, later, y, p)[j] / size) * gradient;
-        const State<Sys, S> there = side_field(sys, mode, later, y, p);
-        const S slope = normal_component(sys, j, later, y, p, there);
-        if (!(abs(slope) <= S(100) * rate_rounding(sys, j, later, y, p, there)))
-            return slope * tau > S(0) ? 1 : slope * tau < S(0) ? -1 : 0;
-    }
-    return 0;
 }
 
 /// What rounding leaves of h at a point of its surface: of its terms, and of the step that led
@@ -225,9 +205,10 @@ Departure departure(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, co
             next = d;
     }
     if (next.order == 0 && arrival.looks_ahead)
-        if (const int ahead = sign_ahead(sys, mode, j, t, x, p, S(S(arrival.direction) * tau));
-            ahead != 0)
-            return {ahead, 2, true};
+        if (const S change =
+                change_along_surface(sys, mode, j, t, x, p, S(0), S(S(arrival.direction) * tau));
+            change != S(0))
+            return {detail::sign(change), 2, true};
     return {detail::sign(next.value), next.order, true};
 }
 
