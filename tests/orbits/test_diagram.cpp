@@ -2,11 +2,10 @@
 // Brute-force bifurcation diagrams, against closed forms, the chapter and runs of `flow`.
 
 #include "catch.hpp"
+#include "diagrams.hpp"
 #include "run.hpp"
 
-#include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
-#include <filippov/orbits/diagram.hpp>
 
 #include <cmath>
 #include <limits>
@@ -14,21 +13,9 @@
 
 using namespace filippov;
 using models::Oscillator;
+using namespace diagrams;
 
 namespace {
-
-using P = Params<Oscillator, double>;
-using Value = DiagramValue<double, 2>;
-
-std::vector<P> oscillators(std::initializer_list<double> omegas, double A = 0.5) {
-    std::vector<P> params;
-    for (const double omega : omegas) {
-        params.push_back(default_params<Oscillator>());
-        params.back()[0] = A;
-        params.back()[1] = omega;
-    }
-    return params;
-}
 
 DiagramSettings<double, 2> settings(double each = 1e-10) {
     DiagramSettings<double, 2> d;
@@ -71,18 +58,6 @@ std::vector<double> phases(const Value& value, double apart = 1e-6) {
         if (distinct.empty() || phase - distinct.back() > apart)
             distinct.push_back(phase);
     return distinct;
-}
-
-bool same(const Value& a, const Value& b) {
-    if (a.status != b.status || a.points.size() != b.points.size() || a.x_end != b.x_end)
-        return false;
-    for (std::size_t i = 0; i < a.points.size(); ++i) {
-        const auto &p = a.points[i], &q = b.points[i];
-        if (p.period != q.period || p.t_local != q.t_local || p.x != q.x || p.kind != q.kind ||
-            p.boundary != q.boundary || p.surface != q.surface)
-            return false;
-    }
-    return true;
 }
 
 } // namespace

@@ -2,9 +2,9 @@
 // Diagrams whose values run side by side in lanes, against those of the engine of single runs.
 
 #include "catch.hpp"
+#include "diagrams.hpp"
 #include "run.hpp"
 
-#include <filippov/models/oscillator.hpp>
 #include <filippov/models/relay.hpp>
 #include <filippov/orbits/diagram_in_lanes.hpp>
 
@@ -14,22 +14,12 @@
 
 using namespace filippov;
 using models::Oscillator;
+using namespace diagrams;
 
 namespace {
 
-using P = Params<Oscillator, double>;
-using Value = DiagramValue<double, 2>;
 using Task = DiagramSettings<double, 2>;
 
-std::vector<P> oscillators(std::initializer_list<double> omegas, double A = 0.5) {
-    std::vector<P> params;
-    for (const double omega : omegas) {
-        params.push_back(default_params<Oscillator>());
-        params.back()[0] = A;
-        params.back()[1] = omega;
-    }
-    return params;
-}
 Task task(double each = 1e-10) {
     Task d;
     d.run = tolerance<2>(each);
@@ -46,20 +36,6 @@ template <class Tableau = DormandPrince8>
 std::vector<Value> alone(const std::vector<P>& params, const Task& d,
                          const Vec<double, 2>& x0 = Vec<double, 2>(0, 0)) {
     return bifurcation_diagram<Tableau>(Oscillator{}, params, x0, d);
-}
-
-bool same(const Value& a, const Value& b) {
-    if (a.status != b.status || a.message != b.message || a.points.size() != b.points.size() ||
-        a.cycle != b.cycle || a.skipped != b.skipped ||
-        !(a.x_end == b.x_end || (a.x_end.hasNaN() && b.x_end.hasNaN())))
-        return false;
-    for (std::size_t i = 0; i < a.points.size(); ++i) {
-        const auto &p = a.points[i], &q = b.points[i];
-        if (p.period != q.period || p.t_local != q.t_local || p.x != q.x || p.kind != q.kind ||
-            p.boundary != q.boundary || p.surface != q.surface)
-            return false;
-    }
-    return true;
 }
 
 /// The same points, but for the error of their places.
