@@ -295,6 +295,8 @@ private:
             return {};
         if (guard != Guard<M>::transversal(guard / 3))
             return {before, guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1};
+        if (segment_.watch().stays_at_end(guard / 3))
+            return limit_end(before);
         SlideEnd<M> end;
         S least(1e-7);
         for (int j = 0; j < M; ++j) {
@@ -307,6 +309,26 @@ private:
                     least = margin;
                     end = {before, j, side};
                 }
+        }
+        return end;
+    }
+    /// The surfaces on which a slide that stays at their limits ends: L1 - L2 has fallen to
+    /// nothing, beside what it was a while ago.
+    FILIPPOV_COLD SlideEnd<M> limit_end(const Mode<M>& before) const {
+        const S t = segment_.clock().local;
+        const S ago = S(1e-3) * S(segment_.direction()) * segment_.time_scale();
+        const X& x = segment_.x();
+        const X then = x - ago * mode_field(sys_, before, t, x, p_);
+        SlideEnd<M> end{before};
+        for (int j = 0; j < M; ++j) {
+            if (!segment_.watch().stays_at_end(j))
+                continue;
+            const auto apart = [&](const S& time, const X& y) {
+                using std::abs;
+                return abs(sliding_margin(sys_, before, j, time, y, p_).w);
+            };
+            if (!(apart(t, x) > S(1e-6) * apart(S(t - ago), then)))
+                end.parted |= 1u << j;
         }
         return end;
     }
@@ -711,12 +733,15 @@ private:
     }
 
     /// The surface that names an event met on j: the first that is reached, else the first whose
-    /// slide ends, or j. (Where another surface is crossed a slide may end as well.)
-    static int first_change(const Mode<M>& before, const Mode<M>& after, int j) {
-        for (const bool reached : {true, false})
-            for (int k = 0; k < M; ++k)
-                if (before[k] != after[k] && (before[k] != 0) == reached)
-                    return k;
+    /// slide ends, a kink after all others, or j. (Where another surface is crossed a slide may end
+    /// as well.)
+    int first_change(const Mode<M>& before, const Mode<M>& after, int j) const {
+        for (const bool kink : {false, true})
+            for (const bool reached : {true, false})
+                for (int k = 0; k < M; ++k)
+                    if (before[k] != after[k] && (before[k] != 0) == reached &&
+                        is_kind(sys_, k, SurfaceKind::kink) == kink)
+                        return k;
         return j;
     }
 

@@ -86,7 +86,7 @@ public:
             elapsed_ = S(0);
         }
         place_.enter(mode);
-        watch_.enter();
+        watch_.enter(!changed);
         transversality_ = widest_ = S(0);
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * place_.resolution())
             choose_first_step();

@@ -49,9 +49,11 @@ public:
 
     // --- where guards start --------------------------------------------------------------------
 
-    /// The run has entered its mode. Guards start from their values here; `start_root(guard,
-    /// order)` afterwards tells which of them start on a root.
-    void enter() {
+    /// The run has entered its mode, or goes on in it. Guards start from their values here;
+    /// `start_root(guard, order)` afterwards tells which of them start on a root. (In a slide that
+    /// goes on those of an end at which s stays do.)
+    void enter(bool goes_on) {
+        see_limits();
         list_active();
         see_gradients();
         for (const int g : active_guards()) {
@@ -61,6 +63,8 @@ public:
             const bool repels = g == Guard<M>::transversal(g / 3) && value < S(0);
             trace(g).sense = at_.mode[g / 3] != 0 ? S(at_.mode[g / 3]) : repels ? S(-1) : S(1);
             trace(g).start_at(trace(g).sense * value);
+            if (goes_on && is_end_by_s(g) && value <= touch_band(g, true)) [[unlikely]]
+                start_root(g, 2);
         }
     }
 
@@ -144,6 +148,8 @@ public:
         }
     }
 
+    /// True of a surface on an intersection where s started at an end, and may stay.
+    bool stays_at_end(int j) const { return (limits_ >> j & 1u) != 0; }
     /// True of s_max + s and s_max - s of a surface slid on.
     bool is_end_by_s(int g) const { return of_slide(g) && g != Guard<M>::transversal(g / 3); }
 
@@ -448,9 +454,22 @@ private:
             return false;
         if (g >= Guard<M>::first_section)
             return g - Guard<M>::first_section < sections_.size();
-        if (g % 3 == 2) // one for all the surfaces slid on
-            return g / 3 == sliding_surface(at_.mode);
+        if (g % 3 == 2) // one for all the surfaces slid on, or for each where s stays at an end
+            return limits_ != 0 ? stays_at_end(g / 3) : g / 3 == sliding_surface(at_.mode);
         return at_.mode[g / 3] == 0 || g % 3 == 0;
+    }
+    /// Sees on which surfaces of an intersection s is at an end.
+    void see_limits() {
+        if constexpr (M > 1) {
+            limits_ = 0;
+            if (at_.mode.sliding() < 2)
+                return;
+            const auto slide = joint_sliding(at_.sys, at_.mode, at_.clock.local, at_.x, at_.p);
+            for (int j = 0; j < M; ++j)
+                if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::switching) &&
+                    std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>)
+                    limits_ |= 1u << j;
+        }
     }
     void list_active() {
         slides_ = at_.mode.sliding() > 0;
@@ -614,7 +633,8 @@ private:
             const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p);
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0)
-                    sample_margins(j, k, {slide.s[j], slide.below[j], slide.above[j], S(slide.w)});
+                    sample_margins(j, k,
+                                   {slide.s[j], slide.below[j], slide.above[j], S(slide.w[j])});
         }
     }
     void sample_margins(int slid, std::size_t k, const Margin<S>& slide) {
@@ -928,6 +948,7 @@ private:
     int n_active_ = 0;
     bool slides_ = false; ///< the mode does
     const ProbeTimes<S>* times_ = &probe_times<WindowTimes<S>, S>;
+    unsigned limits_ = 0;   ///< bit j: on an intersection s_j started at an end
     bool any_pace_ = false; ///< some of them may keep a pace of their own
 };
 

@@ -167,6 +167,38 @@ template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w
 
 // --- sliding -----------------------------------------------------------------------------------
 
+namespace detail {
+
+/// Rounding of a share, or of a normal component in units of the largest.
+template <class S> inline constexpr S share_rounding = S(1024) * epsilon<S>;
+
+/// What has no speed leads to the surface, slowly: so do sides that stay tangent to it, and a state
+/// that rests.
+template <std::floating_point R, int M> NormalField<R, M> tangent_leads_in(NormalField<R, M> w) {
+    for (int i = 0; i < w.n; ++i) {
+        R largest(0);
+        for (unsigned v = 0; v < w.regions(); ++v)
+            largest = std::max(largest, std::abs(w(v, i)));
+        for (unsigned v = 0; v < w.regions(); ++v)
+            if (std::abs(w(v, i)) <= R(2) * epsilon<R> * largest)
+                w.normal[v][i] = R((v >> i & 1u) != 0 ? -64 : 64) * epsilon<R> * largest;
+    }
+    return w;
+}
+
+/// L1 - L2 of the i-th surface, the other surfaces blended: it ends a slide in which s_i stays at
+/// an end.
+template <std::floating_point R, int M, class S>
+FILIPPOV_COLD R apart(const NormalField<R, M>& w, const Blend<S, M>& blend, int i) {
+    Vec<R, M> share = Vec<R, M>::Zero();
+    for (int k = 0; k < w.n; ++k) // (no number, or beyond, where the slide has just ended)
+        if (const R below = value_of(blend.below[k]); below > R(0))
+            share[k] = std::min(below / R(2), R(1));
+    return -Multilinear<R, M>{w}.slope(share, i)[i];
+}
+
+} // namespace detail
+
 /// Sliding on all surfaces with mode 0.
 template <class Sys, class S> struct JointSliding {
     static constexpr int M = surfaces_v<Sys>;
@@ -174,8 +206,9 @@ template <class Sys, class S> struct JointSliding {
     Vec<S, M> s;            ///< of the surfaces slid on, others unspecified
     Vec<S, M> below, above; ///< their margins, see Margin
     /// On one surface L1 - L2: positive where sliding attracts, negative where it repels. On more
-    /// their attraction. 1 if all are contacts: that these attract is judged where they begin.
-    Real<S> w;
+    /// their attraction, but of a surface where s stays at an end L1 - L2, with the sign of their
+    /// attraction. 1 if all are contacts: that these attract is judged where they begin.
+    Vec<Real<S>, M> w;
 };
 
 /// Sliding vector field on the intersection of the surfaces with mode 0: the blend of the regions
@@ -206,12 +239,32 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
         r.above[j] = jumps ? S(S(0.5) * above * regions.strength[i]) : above;
         contacts = contacts && jumps;
     }
-    if (contacts) {
-        r.w = Real<S>(1);
+    r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(Real<S>(1));
+    if (contacts)
+        return r;
+    const auto plain = detail::values_of_field(regions.flow);
+    if (regions.on.n == 1) {
+        r.w[regions.on[0]] = plain(0, 0) - plain(1, 0);
         return r;
     }
-    const auto plain = detail::values_of_field(regions.flow);
-    r.w = regions.on.n == 1 ? plain(0, 0) - plain(1, 0) : attraction(plain);
+    const auto at_limit = [&](int i) {
+        return is_kind(sys, regions.on[i], SurfaceKind::switching) &&
+               std::min(value_of(blend.below[i]), value_of(blend.above[i])) <=
+                   detail::share_rounding<Real<S>>;
+    };
+    bool limits = false, all_apart = true;
+    for (int i = 0; i < regions.on.n; ++i)
+        if (at_limit(i)) {
+            limits = true;
+            r.w[regions.on[i]] = detail::apart(plain, blend, i);
+            all_apart = all_apart && r.w[regions.on[i]] > Real<S>(0);
+        }
+    const Real<S> least = attraction(limits ? detail::tangent_leads_in(plain) : plain);
+    for (int i = 0; i < regions.on.n; ++i)
+        if (!at_limit(i))
+            r.w[regions.on[i]] = least;
+        else if (all_apart && !(least > Real<S>(0)))
+            r.w[regions.on[i]] = -r.w[regions.on[i]];
     return r;
 }
 
@@ -237,7 +290,7 @@ FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<S
         return sliding_margin(sys, mode, t, x, p);
     } else {
         const auto slide = joint_sliding(sys, mode, t, x, p);
-        return {slide.s[j], slide.below[j], slide.above[j], S(slide.w)};
+        return {slide.s[j], slide.below[j], slide.above[j], S(slide.w[j])};
     }
 }
 

@@ -104,14 +104,15 @@ public:
         }
         return true;
     }
-    /// True if it slides on nothing, or on what is shown to attract. From a slide that rests what
-    /// has no speed does not lead away, either.
+    /// True if it slides on nothing, or on what is shown to attract. From a slide that rests, or
+    /// begins or stays at an end of s, what has no speed does not lead away, either.
     bool attracts() const {
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
             return mode_field(sys_, mode_, t, x, p);
         };
-        return flow_.n == 0 || filippov::attracts(flow_in_time(false)) ||
-               (stays(field) && filippov::attracts(flow_in_time(true)));
+        return flow_.n == 0 || filippov::attracts(flow_in_time()) ||
+               ((at_end_ || stays(field)) &&
+                filippov::attracts(detail::tangent_leads_in(flow_in_time())));
     }
 
 private:
@@ -136,20 +137,11 @@ private:
         }
     }
 
-    /// The flow in the direction of time; at rest, what has no speed leads to the surface.
-    NormalField<S, M> flow_in_time(bool at_rest) const {
-        using std::abs;
+    NormalField<S, M> flow_in_time() const {
         auto flow = flow_;
-        for (int i = 0; i < flow.n; ++i) {
-            S largest(0);
-            for (unsigned v = 0; v < flow.regions(); ++v)
-                largest = std::max(largest, S(abs(flow(v, i))));
-            for (unsigned v = 0; v < flow.regions(); ++v) {
-                const bool none = at_rest && abs(flow(v, i)) <= S(2) * epsilon<S> * largest;
-                flow.normal[v][i] = none ? ((v >> i & 1u) != 0 ? -largest : largest)
-                                         : S(S(arrival_.direction) * flow(v, i));
-            }
-        }
+        for (unsigned v = 0; v < flow.regions(); ++v)
+            for (int i = 0; i < flow.n; ++i)
+                flow.normal[v][i] = S(arrival_.direction) * flow(v, i);
         return flow;
     }
 
@@ -193,10 +185,37 @@ private:
         const S least = is_kind(sys_, j, SurfaceKind::jump)
                             ? noise * std::max(S(abs(change[0])), S(abs(change[1])))
                             : noise;
+        at_end_ = true;
         for (order = 1; order <= 2; ++order)
             if (const S c = change[std::size_t(order - 1)]; abs(c) > least)
                 return c > S(0);
-        return stays(field);
+        order = 2;
+        return !leads_away(sign_ahead(least, [&](const Mode<M>& mode, const S& t, const auto& x) {
+            const auto m = sliding_margin(sys_, mode, j, t, x, p_);
+            return end < 0 ? m.below : m.above;
+        }));
+    }
+    static constexpr int no_field = 2;
+    static bool leads_away(int ahead) { return ahead < 0 || ahead == no_field; }
+    /// The sign of a quantity that is zero here with all its derivatives, a while later on the way
+    /// of this mode; 0 if a hundredth of tau shows no more than `least`, `no_field` if the mode has
+    /// no field there.
+    template <class Quantity>
+    FILIPPOV_COLD int sign_ahead(const S& least, const Quantity& quantity) const {
+        using std::abs;
+        const State<Sys, S> f = mode_field(sys_, mode_, t_, x_, p_);
+        const Constraints<Sys> held(sys_, mode_);
+        for (S ahead = S(1e-6); ahead <= S(1e-2); ahead *= S(10)) {
+            const S dt = ahead * S(arrival_.direction) * arrival_.tau, t = t_ + dt;
+            const State<Sys, S> x = project(sys_, held, t, State<Sys, S>(x_ + dt * f), p_,
+                                            State<Sys, S>(State<Sys, S>::Ones()));
+            const S then = quantity(mode_beside(sys_, mode_, regions_.on, t, x, p_), t, x);
+            if (!(abs(then) <= std::numeric_limits<S>::max()))
+                return no_field;
+            if (abs(then) > least)
+                return sign(then);
+        }
+        return 0;
     }
     /// True if the mode's field rests here, beside those of the regions.
     template <class F> bool stays(const F& mode_field) const {
@@ -234,7 +253,11 @@ private:
         Mode<M> ended = exit.mode;
         if (exit.surface >= 0)
             ended.set(exit.surface, exit.side);
-        const bool tangent = exit.surface == j && mode_ == ended;
+        for (int k = 0; k < M; ++k)
+            if ((exit.parted >> k & 1u) != 0)
+                ended.set(k, mode_[k]);
+        const bool here = exit.surface == j || (exit.parted >> j & 1u) != 0;
+        const bool tangent = here && mode_ == ended;
         if (!tangent && abs(slope) > noise * size)
             return sign(jumps ? slope : S(forward * slope)) == mode_[j];
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
@@ -253,6 +276,15 @@ private:
             if (abs(change) > noise * size)
                 return sign(first == 2 ? change : S(forward * change)) == mode_[j];
         }
+        if (!jumps)
+            if (const int to = sign_ahead(
+                    S(noise * size),
+                    [&](const Mode<M>& mode, const S& t, const State<Sys, S>& x) {
+                        return S(forward * normal_component(sys_, j, t, x, p_,
+                                                            mode_field(sys_, mode, t, x, p_)));
+                    });
+                to != 0)
+                return to == mode_[j];
         // The solution goes on along h_j = 0. Beside a kink, or where all rests that could cross,
         // it is the same on either side: one of them will do.
         return !jumps && mode_[j] == side_of(before_[j]) &&
@@ -262,7 +294,7 @@ private:
     static int side_of(int before) { return before < 0 ? -1 : +1; }
 
     /// Rounding of a margin, or of a normal component in units of the largest.
-    static constexpr S noise = S(1024) * epsilon<S>;
+    static constexpr S noise = share_rounding<S>;
 
     const Sys& sys_;
     const Mode<M> mode_, before_;
@@ -274,6 +306,7 @@ private:
     NormalField<S, M> flow_;
     std::array<unsigned, std::size_t(1) << M> region_{};
     unsigned corner_ = 0;
+    bool at_end_ = false; ///< an s_j is at an end of its range, or a contact without force
 };
 
 } // namespace detail

@@ -180,6 +180,52 @@ template <std::floating_point R, int M> Vec<R, M> shares_of_many(const NormalFie
     return Vec<R, M>::Constant(nan);
 }
 
+/// True if s_i = -1 (`end` 0) or 1 (1) keeps h_i whatever the other shares: the fields of that end
+/// are tangent to surface i.
+template <class S, int M> bool tangent_at_end(const NormalField<S, M>& w, int i, unsigned end) {
+    using R = Real<S>;
+    R largest(0);
+    for (unsigned v = 0; v < w.regions(); ++v)
+        largest = std::max(largest, R(std::abs(value_of(w(v, i)))));
+    for (unsigned v = 0; v < w.regions(); ++v)
+        if ((v >> i & 1u) == end) {
+            if constexpr (std::floating_point<S>) {
+                if (!(std::abs(w(v, i)) <= R(2) * epsilon<R> * largest))
+                    return false;
+            } else if (!is_nil(w(v, i))) {
+                return false;
+            }
+        }
+    return largest > R(0);
+}
+
+template <class S, int M> Blend<S, M> multilinear_blend(const NormalField<S, M>& w);
+
+/// The blend with s_i at an end, where it is at a limit: of the others alone. (Of all together it
+/// loses half its digits as what pushes to the limit vanishes.)
+template <class S, int M>
+FILIPPOV_COLD Blend<S, M> blend_at_end(const NormalField<S, M>& w, int i, unsigned end) {
+    const unsigned low = (1u << i) - 1;
+    const auto with_end = [&](unsigned v) { return (v & low) | end << i | (v & ~low) << 1; };
+    NormalField<S, M> others;
+    others.n = w.n - 1;
+    for (unsigned v = 0; v < others.regions(); ++v)
+        for (int k = 0; k < others.n; ++k)
+            others.normal[v][k] = w(with_end(v), k < i ? k : k + 1);
+    const Blend<S, M> part = multilinear_blend(others);
+    Blend<S, M> blend;
+    blend.share.fill(S(0));
+    for (unsigned v = 0; v < others.regions(); ++v)
+        blend.share[with_end(v)] = part.share[v];
+    for (int k = 0; k < others.n; ++k) {
+        blend.below[k < i ? k : k + 1] = part.below[k];
+        blend.above[k < i ? k : k + 1] = part.above[k];
+    }
+    blend.below[i] = S(end == 0 ? 0 : 2);
+    blend.above[i] = S(end == 0 ? 2 : 0);
+    return blend;
+}
+
 /// The multilinear blend: shares by their values, then Newton from the nearest corner of the cube,
 /// so that the distances from it lose no digits, and duals and series get their derivatives.
 template <class S, int M>
@@ -187,6 +233,10 @@ FILIPPOV_NOINLINE Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
     using R = Real<S>;
     const NormalField<R, M> plain = values_of_field(w);
     const int n = std::min(w.n, M);
+    for (int i = 0; n > 1 && i < n; ++i)
+        for (const unsigned end : {0u, 1u})
+            if (tangent_at_end(w, i, end)) [[unlikely]]
+                return blend_at_end(w, i, end);
     Vec<R, M> guess = Vec<R, M>::Zero();
     if (n == 1)
         guess[0] = plain(0, 0) / (plain(0, 0) - plain(1, 0));
