@@ -130,11 +130,12 @@ private:
         for (int i = 0; i < on.size(); ++i)
             if (!(on.gradient(sys_, i, t, segment_.x(), p_).cwiseAbs().maxCoeff() > S(0)))
                 return segment_.fail(Status::degenerate_surface, "grad h", on.surface(i));
-        if (!independent(sys_, on, t, segment_.x(), p_, segment_.scale()))
-            return segment_.fail(Status::dependent_surfaces, "grad h", on.surface(on.size() - 1));
-        const X there = project(sys_, on, t, segment_.x(), p_, segment_.scale());
+        const auto hold = independent_part(sys_, on, t, segment_.x(), p_, segment_.scale());
+        const X there = project(sys_, hold, t, segment_.x(), p_, segment_.scale());
         if (is_near(segment_.x(), there, segment_.scale()))
             segment_.set_state(there);
+        if (hold.size() < on.size() && !lies_on(sys_, on, t, segment_.x(), p_, segment_.scale()))
+            return segment_.fail(Status::dependent_surfaces, "grad h", on.surface(on.size() - 1));
         return Status::ok;
     }
 
@@ -206,7 +207,7 @@ private:
             // The one option there is may be to stay where nothing attracts.
             const bool only_stay = v.n_options == 1 && policy != NonUnique::stay;
             const bool none = v.n_options == 0 || (chosen < 0 && only_stay);
-            if (none && !independent_here(on))
+            if (v.n_options == 0 && !independent_here(on))
                 return segment_.fail(Status::dependent_surfaces, "grad h", j);
             if (none || (chosen < 0 && policy == NonUnique::stop))
                 return segment_.fail(Status::ambiguous, v.reason, j);
@@ -293,21 +294,32 @@ private:
     SlideEnd<M> slide_end(const Mode<M>& before, int guard) const {
         if (guard < 0 || guard >= Guard<M>::first_section || before[guard / 3] != 0)
             return {};
-        if (guard != Guard<M>::transversal(guard / 3))
-            return {before, guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1};
-        if (segment_.watch().stays_at_end(guard / 3))
+        if (guard == Guard<M>::transversal(guard / 3) && segment_.watch().stays_at_end(guard / 3))
             return limit_end(before);
-        SlideEnd<M> end;
+        const S t = segment_.clock().local;
+        const bool by_s = guard != Guard<M>::transversal(guard / 3);
+        SlideEnd<M> end{before};
+        if (const auto set = set_valued_slide(sys_, before, t, segment_.x(), p_);
+            set.found) { // all that bound it at once
+            const auto slid = slid_surfaces(before);
+            for (int i = 0; i < slid.n && (by_s || set.margin < S(1e-7)); ++i)
+                end.side.set(slid[i], set.met[std::size_t(i)]);
+            return end;
+        }
+        if (by_s) {
+            end.side.set(guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1);
+            return end;
+        }
         S least(1e-7);
         for (int j = 0; j < M; ++j) {
             if (before[j] != 0)
                 continue;
-            const Margin<S> m =
-                sliding_margin(sys_, before, j, segment_.clock().local, segment_.x(), p_);
+            const Margin<S> m = sliding_margin(sys_, before, j, t, segment_.x(), p_);
             for (const int side : {-1, 1})
                 if (const S margin = side < 0 ? m.below : m.above; margin < least) {
                     least = margin;
-                    end = {before, j, side};
+                    end.side = {};
+                    end.side.set(j, side);
                 }
         }
         return end;
@@ -583,10 +595,11 @@ private:
         rest.held = segment_.mode();
         for (const int k : rest.on)
             rest.held.set(k, 0);
-        const Constraints<Sys> holding(sys_, rest.held);
+        const Constraints<Sys> all(sys_, rest.held);
+        const auto holding = independent_part(sys_, all, t, limit->x, p_, segment_.scale());
         rest.x = project(sys_, holding, t, limit->x, p_, segment_.scale());
         if (!near(rest.x, limit->x, field, lost) || !keeps_sides(rest.held, t, rest.x) ||
-            !independent(sys_, holding, t, rest.x, p_, segment_.scale()))
+            (holding.size() < all.size() && !lies_on(sys_, all, t, rest.x, p_, segment_.scale())))
             return std::nullopt;
         rest.holds = holds(rest.held, t, rest.x);
         // what cannot be told apart any more cannot be followed either
@@ -774,6 +787,8 @@ private:
         for (const int j : contact ? contacts_ : slid_surfaces(after))
             e.contacts |= 1u << j;
         e.alternatives = contact ? alternatives_ : 0;
+        if constexpr (M > 1)
+            e.s_unique = !set_valued_slide(sys_, after, c.local, segment_.x(), p_).found;
         return e;
     }
 

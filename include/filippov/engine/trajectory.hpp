@@ -59,8 +59,11 @@ template <class Sys, class S> struct Trajectory {
                 return sys.sliding_flow(piece.clock.local, piece.x0, p, S(theta * piece.dt));
         }
         const Vec<S, N> y = piece.polynomial(theta);
-        const Constraints<Sys> held(sys, piece.mode);
-        return project(sys, held, S(piece.clock.local + theta * piece.dt), y, p, scale);
+        const S local = piece.clock.local + theta * piece.dt;
+        Constraints<Sys> held(sys, piece.mode);
+        if constexpr (!single_v<Sys>)
+            held = independent_part(sys, held, local, y, p, scale);
+        return project(sys, held, local, y, p, scale);
     }
     /// Mode at time t; at an event the mode before it.
     Mode<M> mode_at(const S& time) const { return piece_at(time).mode; }

@@ -159,8 +159,18 @@ private:
     FILIPPOV_NOINLINE X field_at(const Mode<M>& mode, const D& t, const X& x) const {
         if (sliding_surface(mode) < 0)
             return side_field(sys_, mode, t, x, p_);
-        const Constraints<Sys> held(sys_, mode);
-        return mode_field(sys_, mode, t, toward(sys_, held, t, x, p_, scale()), p_);
+        return mode_field(sys_, mode, t, toward(sys_, held_in(mode, t, x), t, x, p_, scale()), p_);
+    }
+    /// What holds the solution in a mode, at (t, x) when it was asked first.
+    const Constraints<Sys>& held_in(const Mode<M>& mode, const D& t, const X& x) const {
+        if (held_by_.size() == 0 || !(mode == held_mode_)) {
+            held_mode_ = mode;
+            held_by_ = Constraints<Sys>(sys_, mode);
+            if constexpr (!single_v<Sys>)
+                held_by_ =
+                    independent_part(sys_, held_by_, value_of(t), values_of(x), values_, scale());
+        }
+        return held_by_;
     }
     Vec<R, N> scale() const {
         using std::abs;
@@ -172,7 +182,7 @@ private:
     /// Newton in infinitesimals onto the surfaces slid on.
     X on_surface(X x, const D& t, const Mode<M>& mode) const {
         if (sliding_surface(mode) >= 0) {
-            const Constraints<Sys> held(sys_, mode);
+            const Constraints<Sys>& held = held_in(mode, t, x);
             for (int k = 0; k < nesting; ++k)
                 x = with_values(toward(sys_, held, t, x, p_, scale()), values_of(x));
             // One after another: exactly zero where each surface has a component of its own.
@@ -229,6 +239,7 @@ private:
         if constexpr (M == 1) {
             if (mode_ != after)
                 pass(clock, 0, after);
+        } else if (mode_ != after && pass_set_valued(clock, after)) {
         } else {
             // What has not reached an event of its own follows the first that has.
             std::array<bool, std::size_t(M)> own{};
@@ -266,6 +277,41 @@ private:
                 }
         }
     }
+    /// Passes to or from a slide whose s is not unique; false if neither is.
+    ///
+    /// It begins where the surfaces that are met hold one direction more than was held: they are
+    /// met at one time by neighbours, too. It ends by the margin of them all, where that is smooth.
+    bool pass_set_valued(const Clock<R>& clock, const Mode<M>& after) {
+        const R t(clock.local);
+        const Vec<R, N> x = values_of(x_);
+        const auto from = set_valued_slide(sys_, mode_, t, x, values_);
+        const auto to = set_valued_slide(sys_, after, t, x, values_);
+        if (!from.found && !to.found)
+            return false;
+        const auto rank = [&](const Mode<M>& mode) {
+            const Constraints<Sys> held(sys_, mode);
+            return held.size() == 0 ? 0
+                                    : independent_part(sys_, held, t, x, values_, scale()).size();
+        };
+        if (from.found) {
+            const auto [j, side] = margin_of_all(sys_, slid_surfaces(mode_));
+            singular_ = singular_ || to.found || !from.smooth;
+            pass(clock, j, after, side);
+            return true;
+        }
+        int met = -1;
+        for (int j = 0; j < M; ++j) {
+            if (after[j] != 0 || mode_[j] == 0)
+                continue;
+            met = met < 0 ? j : met;
+            singular_ = singular_ || is_kind(sys_, j, SurfaceKind::jump);
+        }
+        singular_ = singular_ || met < 0 || rank(after) != rank(mode_) + 1;
+        if (met >= 0 && !singular_)
+            pass(clock, met, after, 0);
+        mode_ = after;
+        return true;
+    }
     /// True if surface j is where it changes: on h = 0, or in a slide at the end that it leaves by.
     bool met(const Clock<R>& clock, int j, int side) const {
         if (mode_[j] != 0 || is_kind(sys_, j, SurfaceKind::jump))
@@ -291,7 +337,10 @@ private:
     }
     /// Changes to the mode `after` where surface j is met or left.
     void pass(const Clock<R>& clock, int j, const Mode<M>& after) {
-        const int side = after[j];
+        pass(clock, j, after, after[j]);
+    }
+    /// @param side  the end at which surface j is left, if it was slid on
+    void pass(const Clock<R>& clock, int j, const Mode<M>& after, int side) {
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump) && side == 0)
                 return settle(clock, after);
@@ -483,6 +532,8 @@ private:
     const Params<Sys, R> values_;
     const Settings<R, N>& settings_;
     const bool held_;
+    mutable Constraints<Sys> held_by_{}; ///< what holds the solution in the last slide,
+    mutable Mode<M> held_mode_{};        ///< and that
     X x_;
     Mode<M> mode_{};
     const D delay_;  ///< of the start

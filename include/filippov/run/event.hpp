@@ -61,6 +61,7 @@ template <class S, int N, int M> struct Event {
            ///< undefined
     unsigned contacts = 0; ///< surfaces that the point is on: bit j for surface j
     int alternatives = 0;  ///< modes among which a policy chose `mode_after`; 0 if it was unique
+    bool s_unique = true;  ///< false: many s have the field of this slide; `s` is of least norm
 };
 
 /// A user's event function g(t, x, p) with scipy's attributes.

@@ -41,6 +41,9 @@ template <class Sys, class S> struct Place {
     void enter(const Mode<M>& new_mode) {
         mode = new_mode;
         held = Constraints<Sys>(sys, mode);
+        if constexpr (!single_v<Sys>)
+            if (held.size() > 1)
+                held = independent_part(sys, held, clock.local, x, p, scale);
     }
 
     /// The smallest step that moves the clock.

@@ -1,190 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sliding on several surfaces at once: whether their intersection attracts, and the sliding field.
+// Sliding on several surfaces at once: the sliding field.
 #pragma once
 
-#include <filippov/sliding/detail/blend.hpp>
+#include <filippov/sliding/detail/attraction.hpp>
+#include <filippov/sliding/detail/set_valued.hpp>
 
 namespace filippov {
 
 namespace detail {
 
-/// How surely every solution of z' = w(sign z) in the plane reaches 0: positive if they do, exact.
-///
-/// They do unless a quadrant's field leads out of it, or a slide along a half-axis leads outward,
-/// or solutions turn round and come back no nearer. The least of these margins, each in units of
-/// the field's size, is continuous where it changes sign.
-template <std::floating_point R, int M> R attraction_in_plane(const NormalField<R, M>& w) {
-    R size[2] = {R(0), R(0)};
-    for (unsigned v = 0; v < 4; ++v)
-        for (int i = 0; i < 2; ++i)
-            size[i] = std::max(size[i], std::abs(w(v, i)));
-    R least(1);
-    bool slides = false;
-    for (int i = 0; i < 2; ++i)
-        for (const int side : {-1, 1}) {
-            const int k = 1 - i;
-            const unsigned low = side > 0 ? 1u << k : 0u, high = low | 1u << i;
-            const R l = w(low, i), r = w(high, i);
-            if ((l > R(0)) == (r > R(0)))
-                continue; // crossed
-            const R speed = (l * w(high, k) - r * w(low, k)) / (l - r);
-            least = std::min(least, R(-side) * speed / size[k]);
-            slides = slides || l > R(0);
-        }
-    R turn(1);
-    for (unsigned v = 0; v < 4; ++v) {
-        R inward(-1), grows(0), falls(0);
-        int growing = 0;
-        for (int i = 0; i < 2; ++i) {
-            const R outward = (v >> i & 1u) != 0 ? w(v, i) : -w(v, i);
-            inward = std::max(inward, -outward / size[i]);
-            growing += outward >= R(0);
-            (outward >= R(0) ? grows : falls) = std::abs(w(v, i));
-        }
-        least = std::min(least, inward);
-        if (growing == 1)
-            turn *= grows / falls;
-    }
-    return slides ? least : std::min(least, R(1) - turn - R(16) * epsilon<R>);
-}
-
-/// How surely all regions' fields lead towards all surfaces, so that max |z_i| falls along every
-/// solution: positive if they do.
-template <std::floating_point R, int M> R attraction_from_all(const NormalField<R, M>& w) {
-    R least(1);
-    for (int i = 0; i < w.n; ++i) {
-        R size(0);
-        for (unsigned v = 0; v < w.regions(); ++v)
-            size = std::max(size, std::abs(w(v, i)));
-        for (unsigned v = 0; v < w.regions(); ++v)
-            least = std::min(least, ((v >> i & 1u) != 0 ? -w(v, i) : w(v, i)) / size);
-    }
-    return least;
-}
-
-/// d with which the couplings i -> k and k -> i of a matrix are equally strong, and a one-way
-/// coupling is weak.
-template <std::floating_point R, int M> Vec<R, M> balancing(const Mat<R, M, M>& a, int n) {
-    Vec<R, M> d = Vec<R, M>::Zero();
-    for (int start = 0; start < n; ++start) {
-        if (d[start] > R(0))
-            continue;
-        d[start] = R(1) / -a(start, start);
-        for (int pass = 0; pass < n; ++pass)
-            for (int i = 0; i < n; ++i)
-                for (int k = 0; k < n; ++k) {
-                    if (!(d[i] > R(0)) || d[k] > R(0))
-                        continue;
-                    const R there = std::abs(a(i, k)), back = std::abs(a(k, i));
-                    if (there > R(0) && back > R(0))
-                        d[k] = d[i] * there / back;
-                    else if (there > R(0))
-                        d[k] = R(n * n) * d[i] * there * there / (a(i, i) * a(k, k));
-                    else if (back > R(0))
-                        d[k] = d[i] * a(i, i) * a(k, k) / (R(n * n) * back * back);
-                }
-    }
-    return d;
-}
-
-/// The smallest pivot of a symmetric matrix relative to its diagonal, by Cholesky's factors:
-/// positive if the matrix is positive definite.
-template <std::floating_point R, int M> R definiteness(Mat<R, M, M> a, int n) {
-    R least(1);
-    for (int i = 0; i < n; ++i) {
-        const R full = a(i, i);
-        for (int k = 0; k < i; ++k)
-            for (int r = i; r < n; ++r)
-                a(r, i) -= a(r, k) * a(i, k);
-        least = std::min(least, full > R(0) ? a(i, i) / full - R(64) * epsilon<R> : R(-1));
-        if (!(least > R(0)))
-            return least;
-        const R root = std::sqrt(a(i, i));
-        for (int r = i; r < n; ++r)
-            a(r, i) /= root;
-    }
-    return least;
-}
-
-/// How surely D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix:
-/// if it is, sum d_i (|z_i| - s_i z_i), s the blend, falls along every solution. J is multilinear,
-/// so that its corners decide. Two D are tried: the inverse diagonal, and the balancing one.
-template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalField<R, M>& w) {
-    const int n = w.n;
-    const auto slope = [&](unsigned v, int i, int k) {
-        return (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2);
-    };
-    Mat<R, M, M> mean = Mat<R, M, M>::Zero();
-    for (unsigned v = 0; v < w.regions(); ++v)
-        for (int i = 0; i < n; ++i)
-            for (int k = 0; k < n; ++k)
-                mean(i, k) += slope(v, i, k) / R(w.regions());
-    Vec<R, M> inverse = Vec<R, M>::Zero();
-    for (int i = 0; i < n; ++i) {
-        if (!(mean(i, i) < R(0)))
-            return R(-1);
-        inverse[i] = R(1) / -mean(i, i);
-    }
-    R best(-1);
-    for (const bool balanced : {false, true}) {
-        const Vec<R, M> d = balanced ? balancing(mean, n) : inverse;
-        R least(1);
-        Mat<R, M, M> last = Mat<R, M, M>::Zero();
-        for (unsigned v = 0; v < w.regions() && least > best; ++v) {
-            Mat<R, M, M> a = Mat<R, M, M>::Zero();
-            for (int i = 0; i < n; ++i)
-                for (int k = i; k < n; ++k)
-                    a(i, k) = a(k, i) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
-            if (a == last) // as where L is affine in s
-                continue;
-            last = a;
-            least = std::min(least, definiteness(a, n));
-        }
-        best = std::max(best, least);
-        if (best > R(0.25)) // clear enough, and guards see no jump near zero
-            break;
-    }
-    return best;
-}
-
-} // namespace detail
-
-/// How surely solutions near an intersection reach it: positive if that is shown of
-/// z' = w(sign z), the normal components taken as constant in each region.
-///
-/// On one surface and on two this decides. On three and more it is one of two sufficient tests:
-/// all regions lead towards all surfaces, or a piecewise linear Lyapunov function falls.
-template <std::floating_point R, int M> FILIPPOV_NOINLINE R attraction(const NormalField<R, M>& w) {
-    if (w.n == 1)
-        return std::min(w(0, 0), -w(1, 0)) / std::max(std::abs(w(0, 0)), std::abs(w(1, 0)));
-    if (w.n == 2)
-        return detail::attraction_in_plane(w);
-    return std::max(detail::attraction_from_all(w), detail::attraction_by_lyapunov(w));
-}
-template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w) {
-    return attraction(w) > R(0);
-}
-
-// --- sliding -----------------------------------------------------------------------------------
-
-namespace detail {
-
 /// Rounding of a share, or of a normal component in units of the largest.
 template <class S> inline constexpr S share_rounding = S(1024) * epsilon<S>;
-
-/// What has no speed leads to the surface, slowly: so do sides that stay tangent to it, and a state
-/// that rests.
-template <std::floating_point R, int M> NormalField<R, M> tangent_leads_in(NormalField<R, M> w) {
-    for (int i = 0; i < w.n; ++i) {
-        R largest(0);
-        for (unsigned v = 0; v < w.regions(); ++v)
-            largest = std::max(largest, std::abs(w(v, i)));
-        for (unsigned v = 0; v < w.regions(); ++v)
-            if (std::abs(w(v, i)) <= R(2) * epsilon<R> * largest)
-                w.normal[v][i] = R((v >> i & 1u) != 0 ? -64 : 64) * epsilon<R> * largest;
-    }
-    return w;
-}
 
 /// L1 - L2 of the i-th surface, the other surfaces blended: it ends a slide in which s_i stays at
 /// an end.
@@ -205,14 +31,31 @@ template <class Sys, class S> struct JointSliding {
     State<Sys, S> f;        ///< F_s
     Vec<S, M> s;            ///< of the surfaces slid on, others unspecified
     Vec<S, M> below, above; ///< their margins, see Margin
+    bool unique_s = true;   ///< else s is the one of least norm, and one margin stands for all
     /// On one surface L1 - L2: positive where sliding attracts, negative where it repels. On more
     /// their attraction, but of a surface where s stays at an end L1 - L2, with the sign of their
     /// attraction. 1 if all are contacts: that these attract is judged where they begin.
     Vec<Real<S>, M> w;
 };
 
+namespace detail {
+
+/// The surface of a slide whose s is not unique that has the margin of them all, and on which side:
+/// a relay, if there is one, below; else a contact, above, where its force vanishes.
+template <class Sys> std::pair<int, int> margin_of_all(const Sys& sys, const auto& on) {
+    for (const int j : on)
+        if (!is_kind(sys, j, SurfaceKind::jump))
+            return {j, -1};
+    return {on[0], +1};
+}
+
+} // namespace detail
+
 /// Sliding vector field on the intersection of the surfaces with mode 0: the blend of the regions
 /// that meet there with which all their h stay zero.
+///
+/// Where s is not unique and the field is, the surfaces share one margin: how far the set of all s
+/// is from empty.
 ///
 /// @param x   state, shape (dim,), on these surfaces
 /// @error     none; NaN where there is no such blend
@@ -223,12 +66,28 @@ FILIPPOV_NOINLINE JointSliding<Sys, S>
 joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
               const Params<Sys, S>& p) {
     const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p);
-    const auto blend = blend_of<Sys, S>(regions.flow);
+    auto blend = blend_of<Sys, S>(regions.flow);
     JointSliding<Sys, S> r;
+    if constexpr (JointSliding<Sys, S>::M > 1)
+        if (may_be_set_valued(blend)) [[unlikely]]
+            if (const auto set = set_valued(sys, regions); set.found) {
+                r.unique_s = false;
+                r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(set.w);
+                for (int i = 0; i < regions.on.n; ++i) {
+                    const int j = regions.on[i];
+                    r.s[j] = S(set.s[i]);
+                    r.below[j] = r.above[j] = S(1);
+                }
+                const auto [j, side] = detail::margin_of_all(sys, regions.on);
+                (side < 0 ? r.below : r.above)[j] = set.margin;
+                blend = set.blend;
+            }
     r.f = State<Sys, S>::Constant(S(0));
     for (unsigned v = 0; v < regions.flow.regions(); ++v)
         for (int i = 0; i < dim_v<Sys>; ++i)
             r.f[i] += blend.share[v] * regions.field[v][i];
+    if (!r.unique_s)
+        return r;
     bool contacts = true; // and nothing else
     for (int i = 0; i < regions.on.n; ++i) {
         const int j = regions.on[i];
@@ -259,13 +118,28 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
             r.w[regions.on[i]] = detail::apart(plain, blend, i);
             all_apart = all_apart && r.w[regions.on[i]] > Real<S>(0);
         }
-    const Real<S> least = attraction(limits ? detail::tangent_leads_in(plain) : plain);
+    Real<S> least = attraction(limits ? detail::tangent_leads_in(plain) : plain);
+    if constexpr (has_jumps_v<Sys>)
+        if (!(least > Real<S>(0)) && contacts_hold(sys, regions))
+            least = Real<S>(1);
     for (int i = 0; i < regions.on.n; ++i)
         if (!at_limit(i))
             r.w[regions.on[i]] = least;
         else if (all_apart && !(least > Real<S>(0)))
             r.w[regions.on[i]] = -r.w[regions.on[i]];
     return r;
+}
+
+/// The slide of a mode, if its s is not unique.
+template <class Sys, class S>
+FILIPPOV_COLD SetValued<S, surfaces_v<Sys>>
+set_valued_slide(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
+                 const State<Sys, S>& x, const Params<Sys, S>& p) {
+    if (surfaces_v<Sys> == 1 || mode.sliding() < 2)
+        return {};
+    const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p);
+    return may_be_set_valued(blend_of<Sys, S>(regions.flow)) ? set_valued(sys, regions)
+                                                             : SetValued<S, surfaces_v<Sys>>{};
 }
 
 /// The field of any mode.

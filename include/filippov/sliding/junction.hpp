@@ -87,15 +87,29 @@ public:
     /// @param exit  the slide that ended here by s_j = side, if one did
     bool admissible(const SlideEnd<M>& exit, Starts<M>& starts) {
         face();
-        const auto blend = blend_of<Sys, S>(flow_);
+        auto blend = blend_of<Sys, S>(flow_);
         const auto& on = regions_.on;
+        if constexpr (M > 1)
+            if (flow_.n > 1 && may_be_set_valued(blend)) {
+                set_ = set_valued_slide(sys_, mode_, t_, x_, p_);
+                if (set_.found) {
+                    blend = set_.blend;
+                    if (!keeps_set(exit, starts))
+                        return false;
+                }
+            }
         for (int i = 0, z = 0; i < on.n; ++i) {
             const int j = on[i];
             if (mode_[j] == 0 && !may_slide(j))
                 return false;
             if (mode_[j] == 0) {
-                if (!keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]) ||
-                    !keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
+                if (set_.found)
+                    continue;
+                // (a contact may push as hard as it has to)
+                if (!is_kind(sys_, j, SurfaceKind::jump) &&
+                    !keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]))
+                    return false;
+                if (!keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
                     return false;
                 ++z;
             } else if (!keeps_side(i, blend, exit, starts.side[std::size_t(j)])) {
@@ -107,9 +121,16 @@ public:
     /// True if it slides on nothing, or on what is shown to attract. From a slide that rests, or
     /// begins or stays at an end of s, what has no speed does not lead away, either.
     bool attracts() const {
+        if constexpr (M > 1)
+            if (set_.found)
+                return arrival_.direction > 0 && set_.w > S(0) && (!set_.twists || twists());
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
             return mode_field(sys_, mode_, t, x, p);
         };
+        if constexpr (has_jumps_v<Sys>)
+            if (flow_.n > 1 && arrival_.direction > 0 &&
+                contacts_hold(sys_, regions_at(sys_, mode_, slid_surfaces(mode_), t_, x_, p_)))
+                return true;
         return flow_.n == 0 || filippov::attracts(flow_in_time()) ||
                ((at_end_ || stays(field)) &&
                 filippov::attracts(detail::tangent_leads_in(flow_in_time())));
@@ -166,7 +187,7 @@ private:
     /// where the slide rests, will do.
     bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
         using std::abs;
-        const bool at_end = exit.surface == j && exit.side == end && mode_ == exit.mode;
+        const bool at_end = exit.side[j] == end && mode_ == exit.mode;
         // A force has no scale.
         const S band = is_kind(sys_, j, SurfaceKind::jump) ? S(0) : noise;
         if (!at_end && !(abs(margin) <= band))
@@ -217,6 +238,82 @@ private:
         }
         return 0;
     }
+    /// The same of a slide whose s is not unique: its set is not empty, or hardly and grows. How it
+    /// grows is asked of the set a while later along the slide, since it bends where what bounds it
+    /// changes.
+    bool keeps_set(const SlideEnd<M>& exit, Starts<M>& starts) {
+        using std::abs;
+        if (!set_.consistent || (set_.twists && !(set_.w > S(0) && set_.pull > S(0))))
+            return false;
+        const bool ended = exit.any() && mode_ == exit.mode;
+        const auto [j, side] = margin_of_all(sys_, slid_surfaces(mode_));
+        const S band = side < 0 ? noise : S(0); // a force has no scale
+        if (!ended && !(abs(set_.margin) <= band))
+            return set_.margin > S(0);
+        const auto i = std::size_t(j);
+        (side < 0 ? starts.below[i] : starts.above[i]) = 1;
+        const State<Sys, S> f = mode_field(sys_, mode_, t_, x_, p_);
+        const S tau = S(arrival_.direction) * arrival_.tau;
+        for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau); dt *= S(10)) {
+            const auto later =
+                set_valued_slide(sys_, mode_, S(t_ + dt), State<Sys, S>(x_ + dt * f), p_);
+            if (!later.found)
+                return false;
+            if (const S change = later.margin - set_.margin;
+                abs(change) > std::max(band, S(noise * abs(later.margin))))
+                return change > S(0);
+        }
+        return stays([&](const auto& t, const auto& x, const auto& p) {
+            return mode_field(sys_, mode_, t, x, p);
+        });
+    }
+    /// True of z1' = c z2 in all regions, with the same c, and z2' = b - q s1 - r s2, where c q > 0
+    /// and r > 0: energy falls where z2 is not zero, so that what is at z = 0 stays there for as
+    /// long as |b| <= q + r.
+    bool twists() const {
+        using std::abs;
+        const auto slid = slid_surfaces(mode_);
+        for (int i = 0; i < 2; ++i) {
+            const int j1 = slid[i], j2 = slid[1 - i];
+            const S q = flow_(1u << (1 - i), 1 - i) - flow_(3u, 1 - i); // of z1, beyond z2
+            const S here = flow_(0, i);
+            bool same = true;
+            for (unsigned v = 0; v < 4; ++v)
+                same = same && abs(flow_(v, i) - here) <= noise * abs(here);
+            if (!same)
+                continue;
+            const State<Sys, S> g = grad_h(sys_, j2, t_, x_, p_);
+            const S g_t = h_t(sys_, j2, t_, x_, p_);
+            const auto lifted = lift<1>(p_);
+            S c(0);
+            bool known = false;
+            for (unsigned v = 0; v < 4; ++v) {
+                Mode<M> region = mode_;
+                region.set(slid[0], (v & 1u) != 0 ? 1 : -1);
+                region.set(slid[1], (v & 2u) != 0 ? 1 : -1);
+                const auto rate = [&](const auto& time, const auto& y) {
+                    return normal_component(sys_, j1, time, y, lifted,
+                                            side_field(sys_, region, time, y, lifted));
+                };
+                for (int k = 0; k <= dim_v<Sys>; ++k) {
+                    const bool of_time = k == dim_v<Sys>;
+                    const State<Sys, S> along =
+                        of_time ? State<Sys, S>(State<Sys, S>::Zero())
+                                : State<Sys, S>(State<Sys, S>::Unit(of_time ? 0 : k));
+                    const S a = directional(rate, t_, x_, S(of_time ? 1 : 0), along);
+                    const S b = of_time ? g_t : g[k];
+                    if (!known && b != S(0)) {
+                        c = a / b;
+                        known = true;
+                    }
+                    if (!(abs(a - c * b) <= S(1e-9) * (abs(a) + abs(c * b))))
+                        return false;
+                }
+            }
+            return c * q > S(0) && abs(here) <= S(4) * abs(c) * rounding_band(sys_, j2, t_, x_, p_);
+        }
+        return false;
+    }
     /// True if the mode's field rests here, beside those of the regions.
     template <class F> bool stays(const F& mode_field) const {
         State<Sys, S> largest = State<Sys, S>::Zero();
@@ -250,14 +347,7 @@ private:
             return false; // no such blend
         const S forward = S(arrival_.direction);
         // Where a slide ended by s_j = side the mode without it starts along the surface.
-        Mode<M> ended = exit.mode;
-        if (exit.surface >= 0)
-            ended.set(exit.surface, exit.side);
-        for (int k = 0; k < M; ++k)
-            if ((exit.parted >> k & 1u) != 0)
-                ended.set(k, mode_[k]);
-        const bool here = exit.surface == j || (exit.parted >> j & 1u) != 0;
-        const bool tangent = here && mode_ == ended;
+        const bool tangent = exit.ends_on(j) && mode_[j] != 0 && exit.leads_to(mode_);
         if (!tangent && abs(slope) > noise * size)
             return sign(jumps ? slope : S(forward * slope)) == mode_[j];
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
@@ -266,10 +356,16 @@ private:
         const auto h = [&](const auto& t, const auto& x, const auto& p) {
             return switching(sys_, t, x, p)[j];
         };
+        if (is_held_anyway(j)) // then all of them are rounding
+            return false;
         const auto rate = lie_derivatives<4>(field, h, t_, x_, p_);
         // all in units of the first derivative that could be zero, of order `first`
         const int first = order;
         S unit(1);
+        if (tangent && is_moved_by_others(i)) { // then h'' is zero, too
+            ++order;
+            unit = unit * forward * arrival_.tau;
+        }
         for (++order; order <= 4; ++order) {
             unit = unit * forward * arrival_.tau;
             const S change = rate[std::size_t(order - 1)] * unit;
@@ -290,6 +386,32 @@ private:
         return !jumps && mode_[j] == side_of(before_[j]) &&
                (is_kind(sys_, j, SurfaceKind::kink) || (size == S(0) && stays(field)));
     }
+    /// True if all regions move the i-th surface alike, as where a position twists with its speed.
+    bool is_moved_by_others(int i) const {
+        using std::abs;
+        for (unsigned v = 1; v < regions_.flow.regions(); ++v)
+            if (!(abs(regions_.flow(v, i) - regions_.flow(0, i)) <=
+                  noise * abs(regions_.flow(0, i))))
+                return false;
+        return true;
+    }
+    /// True of a surface beside the slide that the surfaces slid on hold already: it would have to
+    /// be slid on, too.
+    bool is_held_anyway(int j) const {
+        if (flow_.n == 0 || is_kind(sys_, j, SurfaceKind::kink))
+            return false;
+        const State<Sys, S> unit = State<Sys, S>::Ones();
+        const auto held = independent_part(sys_, Constraints<Sys>(sys_, mode_), t_, x_, p_, unit);
+        Constraints<Sys> one;
+        one.add(j, is_kind(sys_, j, SurfaceKind::jump));
+        for (int i = 0; i < one.size(); ++i) {
+            Constraints<Sys> more = held;
+            more.add(one.only(i));
+            if (!independent(sys_, more, t_, x_, p_, unit))
+                return true;
+        }
+        return false;
+    }
     /// The side that is given to what lies on a surface.
     static int side_of(int before) { return before < 0 ? -1 : +1; }
 
@@ -304,6 +426,7 @@ private:
     const Params<Sys, S>& p_;
     const Arrival<S>& arrival_;
     NormalField<S, M> flow_;
+    SetValued<S, M> set_;
     std::array<unsigned, std::size_t(1) << M> region_{};
     unsigned corner_ = 0;
     bool at_end_ = false; ///< an s_j is at an end of its range, or a contact without force

@@ -285,11 +285,23 @@ template <int M> struct Starts {
     std::array<int, std::size_t(M)> side{}, below{}, above{};
 };
 
-/// A slide that ended by s_j = side on surface j; surface -1: none did.
+/// A slide that ended by s_j = side[j] on some surfaces j; 0: not on this one.
 template <int M> struct SlideEnd {
     Mode<M> mode{};
-    int surface = -1, side = 0;
-    unsigned parted = 0; ///< bit k: s_k stayed at an end, and now both sides are tangent
+    Mode<M> side{};
+    unsigned parted = 0; ///< bit j: s_j stayed at an end, and now both sides are tangent
+
+    bool any() const { return !(side == Mode<M>{}) || parted != 0; }
+    bool ends_on(int j) const { return side[j] != 0 || (parted >> j & 1u) != 0; }
+    /// True of a mode that goes on with the sides of some of these surfaces, and else as the slide:
+    /// it starts along all of them.
+    bool leads_to(const Mode<M>& after) const {
+        for (int j = 0; j < M; ++j)
+            if (after[j] != mode[j] && (parted >> j & 1u) == 0 &&
+                (side[j] == 0 || after[j] != side[j]))
+                return false;
+        return !(after == mode);
+    }
 };
 
 /// The mode in which a solution leaves a point of one surface or several, and how sure that is.

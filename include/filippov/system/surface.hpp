@@ -285,6 +285,12 @@ public:
         return one;
     }
     int surface(int i) const { return row_[std::size_t(i)].surface; }
+    bool is_speed(int i) const { return row_[std::size_t(i)].speed; }
+    /// Adds those of others.
+    void add(const Constraints& others) {
+        for (int i = 0; i < others.n_; ++i)
+            row_[std::size_t(n_++)] = others.row_[std::size_t(i)];
+    }
 
     template <class S>
     S value(const Sys& sys, int i, const S& t, const State<Sys, S>& x,
@@ -378,6 +384,65 @@ bool independent(const Sys& sys, const Constraints<Sys>& on, const S& t, const S
             Vec<S, C> none = Vec<S, C>::Constant(S(0));
             return eliminate(gradients.cosine, none, on.size()) > Real<S>(1e-12);
         }
+    return true;
+}
+
+/// As many of some constraints as have independent gradients: all, if all do; else those at the
+/// largest angles to the ones before.
+template <class Sys, class S, class R>
+FILIPPOV_COLD Constraints<Sys>
+independent_part(const Sys& sys, const Constraints<Sys>& on, const S& t, const State<Sys, S>& x,
+                 const Params<Sys, S>& p, const Vec<R, dim_v<Sys>>& scale) {
+    if (independent(sys, on, t, x, p, scale))
+        return on;
+    auto rest = detail::gradients(sys, on, t, x, p, scale).cosine; // of what is left of them
+    std::array<bool, std::size_t(Constraints<Sys>::capacity)> kept{};
+    for (int n = 0; n < on.size(); ++n) {
+        int next = -1;
+        for (int a = 0; a < on.size(); ++a)
+            if (!kept[std::size_t(a)] && rest(a, a) > S(1e-12) &&
+                (next < 0 || rest(a, a) > rest(next, next)))
+                next = a;
+        if (next < 0)
+            break;
+        kept[std::size_t(next)] = true;
+        for (int a = 0; a < on.size(); ++a)
+            for (int b = 0; b < on.size(); ++b)
+                if (!kept[std::size_t(a)] && !kept[std::size_t(b)])
+                    rest(a, b) -= rest(a, next) * rest(next, b) / rest(next, next);
+    }
+    Constraints<Sys> part = on.only(0);
+    bool first = true;
+    for (int a = 0; a < on.size(); ++a) {
+        if (!kept[std::size_t(a)])
+            continue;
+        if (first)
+            part = on.only(a);
+        else
+            part.add(on.only(a));
+        first = false;
+    }
+    return part;
+}
+
+/// True if x, which lies on as many constraints as are independent, lies on all: to rounding, or to
+/// a thousandth of the tolerance, by which what is met at one point may differ.
+template <class Sys, class S, class R>
+FILIPPOV_COLD bool lies_on(const Sys& sys, const Constraints<Sys>& on, const S& t,
+                           const State<Sys, S>& x, const Params<Sys, S>& p,
+                           const Vec<R, dim_v<Sys>>& scale) {
+    using std::abs;
+    for (int a = 0; a < on.size(); ++a) {
+        const State<Sys, S> g = on.gradient(sys, a, t, x, p);
+        if (!(g.cwiseAbs().maxCoeff() > S(0)))
+            return false;
+        const S unit = S(64 * epsilon<Real<S>>);
+        S band = unit * abs(h_t(sys, on.surface(a), t, x, p)) * (on.is_speed(a) ? S(1) : abs(t));
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            band += abs(g[i]) * (unit * abs(x[i]) + S(1e-3) * scale[i]);
+        if (!(abs(on.value(sys, a, t, x, p)) <= band))
+            return false;
+    }
     return true;
 }
 

@@ -38,6 +38,8 @@ template <class Sys> struct WithMoments : Sys {
 template <class S, int M> struct Blend {
     Vec<S, M> below, above;
     std::array<S, std::size_t(1) << M> share;
+    /// The smallest relative pivot of the equations for s: none where s is not unique.
+    Real<S> pivot = std::numeric_limits<Real<S>>::infinity();
 };
 
 namespace detail {
@@ -254,8 +256,10 @@ FILIPPOV_NOINLINE Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
         distance[i] = S((corner >> i & 1u) != 0 ? R(1) - guess[i] : guess[i]);
     // Each step squares the error; an infinitesimal of order 2^k - 1 is right after k.
     constexpr int steps = std::floating_point<S> ? 2 : 3;
+    Blend<S, M> blend;
     for (int k = 0; k < steps; ++k) {
-        if (!(newton_step(seen, distance, step) > R(0)))
+        blend.pivot = newton_step(seen, distance, step);
+        if (!(blend.pivot > R(0)))
             break;
         bool done = std::floating_point<S>;
         for (int i = 0; i < n; ++i) {
@@ -266,7 +270,6 @@ FILIPPOV_NOINLINE Blend<S, M> multilinear_blend(const NormalField<S, M>& w) {
         if (done)
             break;
     }
-    Blend<S, M> blend;
     for (int i = 0; i < n; ++i) {
         const S near = S(2) * distance[i], far = S(2) - near;
         blend.below[i] = (corner >> i & 1u) != 0 ? far : near;
