@@ -120,6 +120,16 @@ TEST_CASE("taylor: a power of what is zero has the derivatives that it has", "[t
     CHECK(both.c[1].c[1] == 0);
 }
 
+TEST_CASE("taylor: what stays zero has a root that does, what leaves zero has an infinite slope",
+          "[taylor]") {
+    using T = Taylor<double, 2>;
+    const T root = sqrt(T(0));
+    CHECK(root.c == std::array<double, 3>{0, 0, 0});
+    CHECK(std::isinf(sqrt(T::variable(0)).c[1]));
+    Taylor<Taylor<double, 1>, 1> nested(Taylor<double, 1>(0));
+    CHECK(sqrt(nested).c[1].c[1] == 0);
+}
+
 TEST_CASE("taylor: compositions miss the function by tau^7 and no less", "[taylor]") {
     using std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::pow, std::sin,
         std::sinh, std::sqrt, std::tan, std::tanh;

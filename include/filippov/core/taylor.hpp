@@ -98,6 +98,9 @@ template <class S, int K> struct Taylor {
     friend Taylor abs(const Taylor& a) { return a < Taylor(0) ? -a : a; }
     friend Taylor sqrt(const Taylor& a) {
         using std::sqrt;
+        if constexpr (std::same_as<decltype(a.c[0] == S(0)), bool>) // (lanes are not of one kind)
+            if (detail::is_nil(a))
+                return a; // what stays zero has a root that does
         Taylor r(sqrt(a.c[0]));
         for (int k = 1; k <= K; ++k) {
             S sum = a.c[k];
