@@ -83,7 +83,8 @@ public:
             append(all.x0, piece.x0);
             for (const X& c : piece.polynomial.c)
                 append(all.polynomial, c);
-            all.closed_form.push_back(piece.closed_form);
+            all.closed_form.push_back(
+                static_cast<signed char>(piece.closed_form | (piece.mode.second_order << 1)));
         }
         return all;
     }
@@ -109,7 +110,9 @@ public:
                 vector(all.x0, k),
                 kept.mode[k + 1],
                 {},
-                all.closed_form[k] != 0};
+                (all.closed_form[k] & 1) != 0};
+            if (all.closed_form[k] == 2 && piece.mode[0] == 0) // a slide of second order
+                piece.mode.hold_rate(0);
             for (std::size_t i = 0; i < solution_terms; ++i)
                 piece.polynomial.c[i] = vector(all.polynomial, k * solution_terms + i);
             kept.pieces.push_back(piece);

@@ -100,8 +100,8 @@ struct PackedSolution {
     std::vector<long long> period;      ///< the clock at its start: index of the period,
     std::vector<double> t_local, carry; ///< time in it, and what that lacks
     std::vector<double> dt, x0;
-    std::vector<double> polynomial; ///< solution_terms rows of dim values
-    std::vector<signed char> closed_form;
+    std::vector<double> polynomial;       ///< solution_terms rows of dim values
+    std::vector<signed char> closed_form; ///< 1: is; 2: of a slide of second order
 };
 
 /// A run's solution at any time in its span.

@@ -214,8 +214,12 @@ private:
             if (chosen >= 0)
                 v.take(chosen);
         }
-        if (v.mode.sliding() > 0 && (segment_.field_is_lost() || !slides(v.mode)))
+        if (v.mode.sliding() > 0 && !v.mode.holds_rate(j) &&
+            (segment_.field_is_lost() || !slides(v.mode)))
             return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
+        if (v.mode.holds_rate(j))
+            if (const Status status = settle(Constraints<Sys>(sys_, v.mode)); status != Status::ok)
+                return status;
         if constexpr (has_jumps_v<Sys>) // in contact the normal speed is zero, too
             if (v.mode.sliding() > 0)
                 if (const Status status = settle(Constraints<Sys>(sys_, v.mode));
@@ -252,7 +256,90 @@ private:
         return independent(sys_, Constraints<Sys>(sys_, held), segment_.clock().local, segment_.x(),
                            p_, segment_.scale());
     }
+    /// Where a slide of second order on surface j ended: to one side, by s, or else h' cannot be
+    /// held any longer.
+    static Verdict<M> end_of_second_order(Mode<M> mode, int j, int guard) {
+        Verdict<M> v;
+        v.unique = guard != Guard<M>::transversal(j);
+        v.reason = "sliding to second order, h = h' = 0, is not shown to attract any longer";
+        if (v.unique) {
+            Starts<M> starts;
+            starts.side[std::size_t(j)] = 3;
+            mode.set(j, guard == Guard<M>::below(j) ? -1 : 1);
+            v.add(mode, starts, NonUnique::stop);
+        }
+        return v;
+    }
+    /// Leaves a slide of second order. At first h' is rounding, and a root of |h| in the field all
+    /// but holds the solution: it goes along the surface with the field of its side until h has
+    /// left it by some tolerances, or, where nothing holds it, for as long as h does not leave it
+    /// by a tenth of one.
+    FILIPPOV_COLD void depart_from_second_order([[maybe_unused]] int j) {
+        if constexpr (slides_twice_v<Sys>) {
+            const Clock<S> from = segment_.clock();
+            for (int k = 0; k < most_departures && depart(j); ++k) {
+            }
+            if (from.until(segment_.clock()) == S(0))
+                return;
+            segment_.enter(segment_.mode());
+            const S t = segment_.clock().local;
+            const S h = switching(sys_, t, segment_.x(), p_)[j];
+            using std::abs;
+            if (abs(h) <= rounding_band(sys_, j, t, segment_.x(), p_))
+                segment_.watch().start_root(Guard<M>::below(j), 1);
+        }
+    }
+    static constexpr int most_departures = 10000;
+    /// One straight piece of this; false if there is none.
+    FILIPPOV_COLD bool depart(int j) {
+        using std::abs;
+        const Mode<M> mode = segment_.mode();
+        const S t = segment_.clock().local, forward = S(segment_.direction());
+        const X start = filippov::detail::exact_point(sys_, j, t, segment_.x(), p_).x;
+        const auto along = [&](const S& dt, const X& f) {
+            return filippov::detail::exact_point(sys_, j, S(t + dt), X(start + dt * f), p_);
+        };
+        const auto field = [&](const S& time, const X& y) {
+            return side_field(sys_, mode, time, y, p_);
+        };
+        const X f = field(t, start);
+        S dt = forward * segment_.time_scale();
+        for (int k = 0; k < 64; ++k, dt /= S(2)) {
+            const S later = t + dt, half = dt / S(2);
+            const X middle = along(half, f).x, straight = along(dt, f).x;
+            const auto [end, m, off] = along(dt, field(S(t + half), middle));
+            const S slope = grad_h(sys_, j, later, end, p_)[m];
+            const S allowed = change_over(sys_, j, later, end, p_, segment_.scale());
+            const auto at_height = [&, &on = end, by = m](const S& height) {
+                X y = on;
+                y[by] += S(mode[j]) * height / slope;
+                return y;
+            };
+            const auto rise = [&](const S& height) { // away from the surface
+                const X y = at_height(height);
+                return forward * S(mode[j]) *
+                       normal_component(sys_, j, later, y, p_, field(later, y));
+            };
+            S low(0), high = S(8) * allowed;
+            const bool held = !(rise(high) > S(0));
+            if (!(held || rise(low) * abs(dt) <= S(0.1) * allowed) || !segment_.reaches(dt) ||
+                !is_near(straight, end, segment_.scale()))
+                continue;
+            if (!(rise(low) > S(0)))
+                return false;
+            for (int i = 0; held && i < 40; ++i)
+                (rise((low + high) / S(2)) > S(0) ? low : high) = (low + high) / S(2);
+            const X there = at_height(low);
+            if (!keeps_sides(mode, later, there))
+                return false;
+            segment_.leap(dt, there);
+            return held;
+        }
+        return false;
+    }
     Verdict<M> judge_one(const Mode<M>& before, int j, int guard) const {
+        if (guard >= 0 && before.holds_rate(j))
+            return end_of_second_order(before, j, guard);
         Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
         // Of a side that was left no sooner than it was met again nothing is known.
         if (guard >= 0 && n_same_ < 2)
@@ -429,9 +516,13 @@ private:
         if (!thrown_) {
             const Mode<M>& after = segment_.mode();
             const int named = first_change(before, after, j);
-            log(kind_of(before[named], after[named]), named, before, x_left);
+            const bool comes_to_rest = after.holds_rate(named) && !before.holds_rate(named);
+            log(comes_to_rest ? EventKind::enter_sliding : kind_of(before[named], after[named]),
+                named, before, x_left);
             if (before == after && before[j] == 0)
                 segment_.watch().go_on_sliding(stop.guard);
+            if (before.holds_rate(j) && after[j] != 0)
+                depart_from_second_order(j);
         }
         if (const Status status = crossed_sections(); status != Status::ok || ends_here())
             return status;
@@ -560,10 +651,16 @@ private:
             segment_.expect_event_after(gap);
         if (!recent_.hurry())
             return Status::ok;
-        const auto rest = rest_ahead(false);
+        auto rest = rest_ahead(false);
+        if constexpr (slides_twice_v<Sys>)
+            if (rest ? !rest->holds : n_same_ > 4)
+                if (const auto low = rest_below_tolerance())
+                    rest = low;
         if (!rest || rest->held == segment_.mode()) // the last of them has ended there already
             return Status::ok;
-        return rest->holds ? leap(*rest) : segment_.fail(Status::accumulation, "", rest->on[0]);
+        return rest->holds ? leap(*rest)
+                           : segment_.fail(Status::accumulation, "no mode holds the solution there",
+                                           rest->on[0]);
     }
     /// Where events accumulate and the solution is held by all their surfaces.
     struct Rest {
@@ -595,18 +692,58 @@ private:
         rest.held = segment_.mode();
         for (const int k : rest.on)
             rest.held.set(k, 0);
-        const Constraints<Sys> all(sys_, rest.held);
-        const auto holding = independent_part(sys_, all, t, limit->x, p_, segment_.scale());
-        rest.x = project(sys_, holding, t, limit->x, p_, segment_.scale());
-        if (!near(rest.x, limit->x, field, lost) || !keeps_sides(rest.held, t, rest.x) ||
-            (holding.size() < all.size() && !lies_on(sys_, all, t, rest.x, p_, segment_.scale())))
+        const auto is_held = [&](const Constraints<Sys>& all) {
+            const auto holding = independent_part(sys_, all, t, limit->x, p_, segment_.scale());
+            rest.x = project(sys_, holding, t, limit->x, p_, segment_.scale());
+            return near(rest.x, limit->x, field, lost) && keeps_sides(rest.held, t, rest.x) &&
+                   (holding.size() == all.size() ||
+                    lies_on(sys_, all, t, rest.x, p_, segment_.scale()));
+        };
+        if (!is_held(Constraints<Sys>(sys_, rest.held)))
             return std::nullopt;
         rest.holds = holds(rest.held, t, rest.x);
+        if constexpr (slides_twice_v<Sys>)
+            if (Mode<M> twice = rest.held; !rest.holds) {
+                twice.hold_rate(0);
+                const X once = rest.x;
+                rest.holds =
+                    is_held(Constraints<Sys>(sys_, twice)) &&
+                    may_slide_to_second_order(sys_, 0, t, rest.x, p_,
+                                              S(segment_.direction()) * segment_.time_scale());
+                (rest.holds ? rest.held : twice) = twice;
+                if (!rest.holds)
+                    rest.x = once;
+            }
         // what cannot be told apart any more cannot be followed either
         const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
         return rest.holds || unresolved ? std::optional(rest) : std::nullopt;
     }
-    /// The same where bounces on surface j are lost, if the others here go on as they do without
+    /// Where a slide of second order begins after a last turn about h = h' = 0 that is lower than
+    /// the tolerance: no step resolves those after it.
+    FILIPPOV_COLD std::optional<Rest> rest_below_tolerance() {
+        using std::abs;
+        const S t = segment_.clock().local, forward = S(segment_.direction());
+        const X& x = segment_.x();
+        const Sides<Sys, S> b = second_order_sides(sys_, 0, t, x, p_);
+        const S rate = forward * rate_on_surface(sys_, 0, t, x, p_);
+        const S bend = rate > S(0) ? S(-b.l2) : b.l1, turn = forward * abs(rate) / bend;
+        const S allowed = change_over(sys_, 0, t, x, p_, segment_.scale());
+        if (!(bend > S(0)) || !(rate * rate <= S(0.2) * bend * allowed) || !segment_.reaches(turn))
+            return std::nullopt;
+        Rest rest;
+        rest.after = turn;
+        rest.on.add(0);
+        rest.held.hold_rate(0);
+        const X ahead = x + turn * (rate > S(0) ? b.f2 : b.f1);
+        const Constraints<Sys> holding(sys_, rest.held);
+        rest.x = project(sys_, holding, S(t + turn), ahead, p_, segment_.scale());
+        const bool held = near(rest.x, ahead, b.f1, false) &&
+                          independent(sys_, holding, S(t + turn), rest.x, p_, segment_.scale()) &&
+                          may_slide_to_second_order(sys_, 0, S(t + turn), rest.x, p_,
+                                                    S(forward * segment_.longer_time_scale()));
+        return held ? std::optional(rest) : std::nullopt;
+    }
+    /// The rest where bounces on surface j are lost, if the others here go on as they do without
     /// it.
     FILIPPOV_COLD std::optional<Rest> rest_of_lost_bounces(const Mode<M>& mode,
                                                            const SurfaceSet<M>& contacts, int j) {
@@ -802,7 +939,8 @@ private:
             j = surface;
         if (is_kind(sys_, j, SurfaceKind::jump)) // free; in contact there is a force and no s
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
-        mode.set(j, 0);
+        if (mode[j] != 0)
+            mode.set(j, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.
         using std::abs;

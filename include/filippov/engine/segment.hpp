@@ -131,8 +131,8 @@ public:
     /// True if the mode's field says nothing of how soon an event may come: as Watch::may_outpace,
     /// and of s, unless the system vouches for it.
     bool may_outpace() const {
-        const bool vouched =
-            place_.settings.closed_form_slides && vouches_for_slides<S>(place_.sys);
+        const bool vouched = place_.settings.closed_form_slides &&
+                             vouches_for_slides<S>(place_.sys) && place_.mode.second_order == 0;
         return (place_.mode.sliding() > 0 && !vouched) || watch_.may_outpace();
     }
 
@@ -142,7 +142,8 @@ public:
         in_two_fold_ = field_is_lost_ = false;
         if (sliding_surface(place_.mode) >= 0) {
             if constexpr (HasSlidingFlow<Sys, S>)
-                if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys))
+                if (place_.settings.closed_form_slides && slides_in_closed_form<S>(place_.sys) &&
+                    place_.mode.second_order == 0)
                     return run_closed_form();
         }
         return run();
@@ -250,6 +251,17 @@ private:
         again_ = path.dt * S(control_.after_reject(static_cast<double>(error)));
         return true;
     }
+    /// True if what the interpolant took for a touch is a crossing: it is tried again, in a step
+    /// that ends before. (An interpolant knows nothing of a field that ends there like a root.)
+    FILIPPOV_COLD bool crosses_instead(const Path& path, const Found<S>& found) {
+        if (!found.touch || !(abs_(path.dt) > S(16) * place_.resolution()) ||
+            place_.settings.fixed_step > S(0) ||
+            !watch_.dips(found.guard, S(place_.clock.local + path.dt), path.x1))
+            return false;
+        ++counters_.rejected;
+        again_ = path.dt / S(2);
+        return true;
+    }
     /// Shortens the step so that it ends on the event, and takes it.
     FILIPPOV_COLD Stop land(Path& path, const Found<S>& found) {
         const Target target(place_, watch_, found);
@@ -278,7 +290,7 @@ private:
             stop.missed = true;
             return stop;
         }
-        if (errs_more(path, full)) {
+        if (errs_more(path, full) || crosses_instead(path, found)) {
             stop.again = true;
             return stop;
         }
@@ -435,9 +447,27 @@ private:
             stop.jumped = true;
             return stop;
         }
-        if (may_meet_two_fold() && is_at_pole())
+        if (may_meet_two_fold() && (is_at_pole() || ends_at_rest()))
             return at_pole();
         return {fail_small(false)};
+    }
+    /// True if h' vanishes where a slide has ended, on both sides, to the tolerance; the state is
+    /// put there.
+    FILIPPOV_COLD bool ends_at_rest() {
+        if constexpr (slides_twice_v<Sys>) {
+            Mode<M> twice = place_.mode;
+            twice.hold_rate(sliding_surface(twice));
+            const S t = place_.clock.local;
+            const X there = project(place_.sys, Constraints<Sys>(place_.sys, twice), t, place_.x,
+                                    place_.p, place_.scale);
+            const S tau = forward() * time_scale();
+            if (!is_near(place_.x, there, place_.scale) ||
+                !may_slide_to_second_order(place_.sys, 0, t, there, place_.p, tau))
+                return false;
+            set_state(there);
+            return true;
+        }
+        return false;
     }
 
     // --- two-folds -----------------------------------------------------------------------------
@@ -446,7 +476,7 @@ private:
     FILIPPOV_INLINE bool may_meet_two_fold() const {
         if constexpr (HasEquivalentControl<Sys, S>)
             return false;
-        return !prescribed_ && place_.mode.sliding() == 1 &&
+        return !prescribed_ && place_.mode.sliding() == 1 && place_.mode.second_order == 0 &&
                !is_kind(place_.sys, sliding_surface(place_.mode), SurfaceKind::jump);
     }
     /// True if the slide goes to a two-fold, straight, and nothing else happens on the way.
@@ -718,6 +748,11 @@ private:
             accept(path);
             steps_.go_on();
             watch_.go_on();
+            if constexpr (slides_twice_v<Sys>)
+                if (place_.mode.second_order != 0 && !fixed) [[unlikely]]
+                    if (!keeps_second_order(place_.sys, 0, place_.clock.local, place_.x, place_.p,
+                                            S(forward() * time_scale())))
+                        return at_pole();
         }
     }
     Found<S> first_event(Path& path, bool fixed, std::uint64_t missed = 0) {

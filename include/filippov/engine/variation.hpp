@@ -51,7 +51,8 @@ public:
 
     void take(const StepView<R, N, M>& step) {
         follow(step.clock, step.mode);
-        advance(step);
+        if (!lost_)
+            advance(step);
     }
 
     /// Starts in a prescribed mode.
@@ -62,6 +63,8 @@ public:
     }
     /// Brings the state to `clock` in `mode`, if a mode was entered there.
     void follow(const Clock<R>& clock, const Mode<M>& mode) {
+        if (loses_derivatives(mode))
+            return;
         if (!started_)
             start(clock, mode);
         else if (!(mode == mode_))
@@ -127,6 +130,8 @@ public:
                 if (mode[j] == 0 && mode_[j] != 0 && is_kind(sys_, j, SurfaceKind::jump))
                     take_normal_speed(clock, j);
         suspected_ = false;
+        if (loses_derivatives(mode))
+            return;
         last_.before = mode_;
         mode_ = last_.after = mode;
         x_ = on_surface(x_, time_at(clock), mode_);
@@ -212,6 +217,12 @@ private:
         return on_surface(stepped(dt, f), t + dt, mode);
     }
 
+    /// True from where a slide of second order begins: what neighbours do there is not known.
+    bool loses_derivatives(const Mode<M>& mode) {
+        lost_ = lost_ || mode.second_order != 0;
+        singular_ = singular_ || lost_;
+        return lost_;
+    }
     void start(const Clock<R>& clock, const Mode<M>& mode) {
         if (held_)
             return prescribe(clock, mode);
@@ -540,6 +551,7 @@ private:
     const D period_; ///< infinitesimal part of the period
     RungeKutta<Tableau, D, N> rk_;
     bool started_ = false, have_k0_ = false, singular_ = false, suspected_ = false;
+    bool lost_ = false;      ///< the solution has slid to second order
     PerDirection noise_{};   ///< derivatives below this are rounding
     bool too_stiff_ = false; ///< a step in as many halves as there may be was too long
     Passage<D, N, M> last_{};

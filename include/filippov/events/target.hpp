@@ -21,7 +21,7 @@ public:
     /// Positive if the path ends before the event.
     S residual(const Path& path) const {
         const S t = at_.clock.local + path.dt;
-        return found_.touch ? S(at_.direction) * minus_slope(t, path.x1, path.end_field())
+        return found_.touch ? S(at_.direction) * minus_slope(t, path.x1, path.end_field(), path.dt)
                             : guards_.value_of(found_, t, path.x1);
     }
     /// Derivative of the residual by time, on the interpolant.
@@ -130,10 +130,19 @@ private:
     S h(const S& t, const X& x) const { return switching(at_.sys, t, x, at_.p)[surface()]; }
 
     /// Derivative of the guard along the path at its end, times -1: positive before a minimum.
-    S minus_slope(const S& t, const X& x, const X& f) const {
+    /// @param dt  the length of the path
+    S minus_slope(const S& t, const X& x, const X& f, [[maybe_unused]] const S& dt) const {
         const int g = found_.guard, j = surface();
         if (at_.mode[j] != 0)
             return -guards_.sense(g) * normal_component(at_.sys, j, t, x, at_.p, f);
+        if constexpr (slides_twice_v<Sys>)
+            if (at_.mode.holds_rate(j)) {
+                using std::abs;
+                const S d = S(1e-3) * abs(dt) + S(64) * ulp(t);
+                return (guards_.guard_value(g, S(t - d), X(x - d * f)) -
+                        guards_.guard_value(g, S(t + d), X(x + d * f))) /
+                       (S(2) * d);
+            }
         const auto q = lift<1>(at_.p);
         const auto margin = [&](const auto& time, const auto& y) {
             const auto m = sliding_margin(at_.sys, at_.mode, j, time, y, q);

@@ -150,6 +150,10 @@ public:
 
     /// True of a surface on an intersection where s started at an end, and may stay.
     bool stays_at_end(int j) const { return (limits_ >> j & 1u) != 0; }
+    /// True if h, where it was said to touch zero, is farther beyond than the tolerance explains.
+    FILIPPOV_COLD bool dips(int g, const S& t, const X& x) const {
+        return off_surface(g) && !(guard_value(g, t, x) >= -touch_band(g, false));
+    }
     /// True of s_max + s and s_max - s of a surface slid on.
     bool is_end_by_s(int g) const { return of_slide(g) && g != Guard<M>::transversal(g / 3); }
 

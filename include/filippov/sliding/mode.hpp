@@ -2,7 +2,7 @@
 // The only decision the engine makes: which mode goes on from a point of a surface.
 #pragma once
 
-#include <filippov/sliding/sliding.hpp>
+#include <filippov/sliding/second_order.hpp>
 
 #include <algorithm>
 #include <array>
@@ -80,18 +80,6 @@ bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Sma
 }
 
 } // namespace detail
-
-/// What h_j' along a field, f at (t, x), may be off by rounding of its terms.
-template <class Sys, class S>
-S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p,
-                const State<Sys, S>& f) {
-    using std::abs;
-    const State<Sys, S> gradient = grad_h(sys, j, t, x, p);
-    S terms = abs(h_t(sys, j, t, x, p));
-    for (int i = 0; i < dim_v<Sys>; ++i)
-        terms += abs(gradient[i] * f[i]);
-    return S(8) * epsilon<S> * terms;
-}
 
 /// The mode of a point beside one in `mode`: surfaces in contact and those slid on as there, the
 /// others by the sign of their h. (An inflow that opens as the level falls to the floor is met a
@@ -367,6 +355,26 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
 
 } // namespace detail
 
+namespace detail {
+
+/// The point of the surface that is judged: h_j is zero there to the last bit, if it can be.
+/// (Beside it both sides may differ by the root of rounding.)
+template <class Sys, class S>
+State<Sys, S> judged_at(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
+                        const Params<Sys, S>& p) {
+    if constexpr (slides_twice_v<Sys> && std::floating_point<S>) {
+        const State<Sys, S> exact = exact_point(sys, j, t, x, p).x;
+        for (int i = 0; i < dim_v<Sys>; ++i)
+            if (!(std::abs(exact[i] - x[i]) <= S(4) * ulp(x[i])))
+                return x;
+        return exact;
+    } else {
+        return x;
+    }
+}
+
+} // namespace detail
+
 /// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
 ///
 /// A mode is admissible if its own field keeps it. With the departures (below, above) of the two
@@ -387,9 +395,10 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
 /// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
 template <class Sys, class S>
 Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
-                                    const State<Sys, S>& x, const Params<Sys, S>& p,
+                                    const State<Sys, S>& met, const Params<Sys, S>& p,
                                     const Arrival<S>& arrival, NonUnique policy) {
     using std::abs;
+    const State<Sys, S> x = detail::judged_at(sys, j, t, met, p);
     const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
     const S band = contact_band(rounding_band(sys, j, t, x, p), b, arrival.tau);
     Verdict<surfaces_v<Sys>> v;
@@ -437,6 +446,11 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     } else if (at_rest(-1, v.below) && at_rest(+1, v.above)) {
         v.unique = true;
         option(side_before < 0 ? -1 : +1);
+    } else if ((v.below.order != 1 || v.above.order != 1 || switching(sys, t, x, p)[j] != S(0)) &&
+               slides_to_second_order(sys, j, t, x, p, S(forward * arrival.tau), band)) {
+        v.unique = true;
+        mode.hold_rate(j);
+        v.add(mode, {}, policy);
     } else if ((v.below.sign == 0 && v.above.sign < 0) ||
                (v.above.sign == 0 && v.below.sign > 0)) { // stays at a limit
         v.unique = true;

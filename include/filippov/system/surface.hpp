@@ -216,6 +216,95 @@ bool may_be_put_on(const Sys& sys, int j, const S& t, const Params<Sys, S>& p,
             is_near(from, to, lengths));
 }
 
+/// True of a system that may slide to second order.
+template <class Sys>
+inline constexpr bool slides_twice_v = single_v<Sys> && !HasEquivalentControl<Sys, double>;
+
+namespace detail {
+
+/// A point of h_j = 0, to the last bit if one component can put it there, and that component.
+template <class Sys, class S> struct ExactPoint {
+    State<Sys, S> x;
+    int by = 0;
+    S off = S(0); ///< what is left of h_j
+};
+/// @param x  on the surface, or near
+template <class Sys, std::floating_point S>
+FILIPPOV_COLD ExactPoint<Sys, S> exact_point(const Sys& sys, int j, const S& t,
+                                             const State<Sys, S>& x, const Params<Sys, S>& p) {
+    using std::abs;
+    const State<Sys, S> gradient = grad_h(sys, j, t, x, p);
+    const S least = S(1e-3) * gradient.cwiseAbs().maxCoeff();
+    S best = std::numeric_limits<S>::infinity();
+    ExactPoint<Sys, S> found{x};
+    for (int m = 0; m < dim_v<Sys> && best != S(0); ++m) {
+        if (!(abs(gradient[m]) > least))
+            continue;
+        State<Sys, S> y = x;
+        S h = switching(sys, t, y, p)[j];
+        for (int k = 0; k < 4 && h != S(0); ++k) {
+            y[m] -= h / gradient[m];
+            h = switching(sys, t, y, p)[j];
+        }
+        if (abs(h) < best) {
+            best = abs(h);
+            found = {y, m, h};
+        }
+    }
+    return found;
+}
+/// The mean of h_j' on both sides.
+template <class Sys, class S>
+S mean_rate(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
+    Mode<surfaces_v<Sys>> mode;
+    S sum(0);
+    for (const int side : {-1, 1}) {
+        mode.set(j, side);
+        sum += normal_component(sys, j, t, x, p, side_field(sys, mode, t, x, p));
+    }
+    return S(0.5) * sum;
+}
+
+} // namespace detail
+
+/// h_j' in a slide of second order, where both sides agree. It is a function on the surface: the
+/// fields may end there like a root of |h_j|, which has no derivative across and none along.
+template <class Sys, std::floating_point S>
+FILIPPOV_COLD S rate_on_surface(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
+                                const Params<Sys, S>& p) {
+    return detail::mean_rate(sys, j, t, detail::exact_point(sys, j, t, x, p).x, p);
+}
+/// Its derivative in the direction (dt, dx), which is turned along the surface: h_j stays the same
+/// to the last bit, and roots of it are constants. (Where rounding forbids this each side is looked
+/// at from a little way off, where slopes of roots are finite, and cancel if both sides have them.)
+template <class Sys, std::floating_point S>
+FILIPPOV_COLD S rate_change(const Sys& sys, int j, const S& t, const detail::ExactPoint<Sys, S>& at,
+                            const Params<Sys, S>& p, const S& dt, State<Sys, S> dx) {
+    const auto q = lift<1>(p);
+    const auto h = [&](const auto& time, const auto& y) { return switching(sys, time, y, q)[j]; };
+    const S slope = grad_h(sys, j, t, at.x, p)[at.by];
+    const auto turn = [&](const State<Sys, S>& x) {
+        for (int k = 0; k < 3; ++k)
+            dx[at.by] -= directional(h, t, x, dt, dx) / slope;
+        return directional(h, t, x, dt, dx) == S(0);
+    };
+    const S away =
+        turn(at.x) && at.off == S(0) ? S(0) : S(1e5) * rounding_band(sys, j, t, at.x, p) / slope;
+    Mode<surfaces_v<Sys>> mode;
+    S sum(0);
+    for (const int side : {-1, 1}) {
+        mode.set(j, side);
+        State<Sys, S> x = at.x;
+        x[at.by] += S(side) * away;
+        turn(x);
+        const auto rate = [&](const auto& time, const auto& y) {
+            return normal_component(sys, j, time, y, q, side_field(sys, mode, time, y, q));
+        };
+        sum += directional(rate, t, x, dt, dx);
+    }
+    return S(0.5) * sum;
+}
+
 /// How fast h_j of a surface with jumps changes in the region with these sides: the normal speed of
 /// an impact.
 template <class Sys, class S>
@@ -231,20 +320,21 @@ template <int M> Mode<M> region_of(Mode<M> mode) {
     return mode;
 }
 
-/// What holds a solution: some h_j = 0, and in contact with a surface that has jumps the normal
-/// speed h_j' = 0 as well.
+/// What holds a solution: some h_j = 0, and in contact with a surface that has jumps, or in a slide
+/// of second order, h_j' = 0 as well.
 template <class Sys> class Constraints {
     static constexpr int M = surfaces_v<Sys>;
 
 public:
-    static constexpr int capacity = has_jumps_v<Sys> ? 2 * M : M;
+    static constexpr bool holds_rates = has_jumps_v<Sys> || slides_twice_v<Sys>;
+    static constexpr int capacity = holds_rates ? 2 * M : M;
 
     Constraints() = default;
     /// Those of a mode.
     Constraints(const Sys& sys, const Mode<M>& mode) : side_(region_of(mode)) {
         for (int j = 0; j < M; ++j)
             if (mode[j] == 0)
-                add(j, is_kind(sys, j, SurfaceKind::jump));
+                add(j, is_kind(sys, j, SurfaceKind::jump) || mode.holds_rate(j));
     }
     /// Those of a mode, and h_j = 0 of some surfaces more.
     Constraints(const Sys& sys, const Mode<M>& mode, const SurfaceSet<M>& met)
@@ -256,7 +346,7 @@ public:
     /// h_j = 0, and with `at_rest` h_j' = 0.
     void add(int j, bool at_rest) {
         row_[std::size_t(n_++)] = {j, false};
-        if constexpr (has_jumps_v<Sys>)
+        if constexpr (holds_rates)
             if (at_rest)
                 row_[std::size_t(n_++)] = {j, true};
     }
@@ -299,6 +389,9 @@ public:
         if constexpr (has_jumps_v<Sys>)
             if (speed)
                 return normal_speed(sys, side_, j, t, x, p);
+        if constexpr (slides_twice_v<Sys> && std::floating_point<S>)
+            if (speed)
+                return rate_on_surface(sys, j, t, x, p);
         return switching(sys, t, x, p)[j];
     }
     template <class S>
@@ -314,6 +407,15 @@ public:
                 State<Sys, S> gradient;
                 for (int k = 0; k < dim_v<Sys>; ++k)
                     gradient[k] = directional(g, t, x, S(0), State<Sys, S>(State<Sys, S>::Unit(k)));
+                return gradient;
+            }
+        if constexpr (slides_twice_v<Sys> && std::floating_point<S>)
+            if (speed) {
+                const auto exact = detail::exact_point(sys, j, t, x, p);
+                State<Sys, S> gradient;
+                for (int k = 0; k < dim_v<Sys>; ++k)
+                    gradient[k] = rate_change(sys, j, t, exact, p, S(0),
+                                              State<Sys, S>(State<Sys, S>::Unit(k)));
                 return gradient;
             }
         return grad_h(sys, j, t, x, p);
@@ -511,6 +613,9 @@ template <class Sys, class S, class R>
 FILIPPOV_INLINE State<Sys, S> toward(const Sys& sys, const Constraints<Sys>& on, const S& t,
                                      const State<Sys, S>& x, const Params<Sys, S>& p,
                                      const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (slides_twice_v<Sys> && std::floating_point<S>)
+        if (on.size() > 1) [[unlikely]]
+            return detail::toward_all(sys, on, t, x, p, scale);
     if constexpr (single_v<Sys>)
         return toward_surface(sys, 0, t, x, p, scale);
     else
@@ -522,6 +627,9 @@ template <class Sys, class S, class R>
 FILIPPOV_INLINE State<Sys, S> project(const Sys& sys, const Constraints<Sys>& on, const S& t,
                                       const State<Sys, S>& x, const Params<Sys, S>& p,
                                       const Vec<R, dim_v<Sys>>& scale) {
+    if constexpr (slides_twice_v<Sys> && std::floating_point<S>)
+        if (on.size() > 1) [[unlikely]]
+            return detail::project_all(sys, on, t, x, p, scale);
     if constexpr (single_v<Sys>)
         return on.size() > 0 ? project(sys, 0, t, x, p, scale) : x;
     else

@@ -130,9 +130,20 @@ template <int N, class Given> Vec<double, N> padded(const Given& given, int n, d
 /// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding).
 template <int M> struct Mode {
     std::array<signed char, std::size_t(M)> side{};
+    /// Bit j: the slide on surface j is of second order, which holds h_j' at zero as well.
+    unsigned char second_order = 0;
 
     int operator[](int j) const { return side[std::size_t(j)]; }
-    void set(int j, int value) { side[std::size_t(j)] = static_cast<signed char>(value); }
+    void set(int j, int value) {
+        side[std::size_t(j)] = static_cast<signed char>(value);
+        second_order = static_cast<unsigned char>(second_order & ~(1u << j));
+    }
+    /// Slides on surface j to second order.
+    void hold_rate(int j) {
+        set(j, 0);
+        second_order = static_cast<unsigned char>(second_order | 1u << j);
+    }
+    bool holds_rate(int j) const { return (second_order >> j & 1u) != 0; }
     /// How many surfaces are slid on.
     int sliding() const {
         int n = 0;

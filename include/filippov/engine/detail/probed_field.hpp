@@ -10,9 +10,38 @@ namespace filippov {
 
 namespace detail {
 
+/// Derivatives of the field of a slide of second order, in which there are derivatives already.
+template <class Sys, class S>
+FILIPPOV_COLD Slopes<S, dim_v<Sys>> slopes_by_differences(const Place<Sys, S>& at, const S& t,
+                                                          const State<Sys, S>& x) {
+    using std::abs;
+    constexpr int N = dim_v<Sys>;
+    const auto field = [&](const S& time, const State<Sys, S>& y) {
+        return mode_field(at.sys, at.mode, time, toward(at.sys, at.held, time, y, at.p, at.scale),
+                          at.p);
+    };
+    const S part = std::cbrt(epsilon<S>), unit = S(1) / at.settings.rtol;
+    const State<Sys, S> f = field(t, x);
+    Slopes<S, N> slopes;
+    slopes.size = at.scale;
+    S slowest = std::numeric_limits<S>::infinity(); // a time in which a component changes
+    for (int i = 0; i < N; ++i) {
+        const S d = part * unit * at.scale[i];
+        const State<Sys, S> e = d * State<Sys, S>(State<Sys, S>::Unit(i));
+        slopes.by_x.col(i) = (field(t, x + e) - field(t, x - e)) / (S(2) * d);
+        slowest = std::min(slowest, S(unit * at.scale[i] / abs(f[i])));
+    }
+    const S d = part * (slowest < std::numeric_limits<S>::max() ? slowest : std::max(abs(t), S(1)));
+    slopes.by_t = (field(S(t + d), x) - field(S(t - d), x)) / (S(2) * d);
+    return slopes;
+}
+
 /// Derivatives of the field of the current mode, as its stages see it.
 template <class Sys, class S>
 Slopes<S, dim_v<Sys>> slopes_at(const Place<Sys, S>& at, const S& t, const State<Sys, S>& x) {
+    if constexpr (slides_twice_v<Sys>)
+        if (at.mode.second_order != 0) [[unlikely]]
+            return slopes_by_differences(at, t, x);
     const auto field = [&](const auto& time, const auto& y, const auto& p) {
         return mode_field(at.sys, at.mode, time,
                           at.mode.sliding() > 0 ? toward(at.sys, at.held, time, y, p, at.scale) : y,
