@@ -8,6 +8,7 @@
 #include <filippov/methods/dormand_prince5.hpp>
 #include <filippov/methods/dormand_prince8.hpp>
 #include <filippov/sliding/junction.hpp>
+#include <filippov/sliding/root_law.hpp>
 
 #include <optional>
 
@@ -197,6 +198,18 @@ private:
         const int j = guard >= 0 ? guard / 3 : on[0];
         const bool one = on.n == 1 && !is_kind(sys_, j, SurfaceKind::jump);
         Verdict<M> v = one ? judge_one(before, on[0], guard) : judge_several(before, on, guard);
+        RootLaws<Sys, S> roots;
+        const Layers<Sys, S>* layers = nullptr;
+        if constexpr (may_have_layers_v<Sys, S>)
+            if (may_end_like_root(v, on)) {
+                roots = roots_at(before, on);
+                // (on the surface itself they may be no numbers: rounding of h has either sign)
+                layers = roots.any()                       ? &roots.layers
+                         : !v.finite && roots.beyond.any() ? &roots.beyond
+                                                           : nullptr;
+                if (layers != nullptr)
+                    v = judge_beside(roots, *layers, before, on, guard, one);
+            }
         if (!v.finite)
             return segment_.fail(Status::not_finite, v.below.finite ? side_name(+1) : side_name(-1),
                                  j);
@@ -215,7 +228,7 @@ private:
                 v.take(chosen);
         }
         if (v.mode.sliding() > 0 && !v.mode.holds_rate(j) &&
-            (segment_.field_is_lost() || !slides(v.mode)))
+            (segment_.field_is_lost() || !slides(v.mode, layers)))
             return segment_.fail(Status::ambiguous, "L1 = L2: no sliding field", j);
         if (v.mode.holds_rate(j))
             if (const Status status = settle(Constraints<Sys>(sys_, v.mode)); status != Status::ok)
@@ -225,9 +238,15 @@ private:
                 if (const Status status = settle(Constraints<Sys>(sys_, v.mode));
                     status != Status::ok)
                     return status;
+        if (roots.beyond.any())
+            segment_.set_state(
+                beside(sys_, roots.beyond, v.mode, on, segment_.clock().local, segment_.x(), p_));
+        segment_.look_from_beside(roots.layers);
         segment_.enter(v.mode);
         for (const int k : on) {
             const auto i = std::size_t(k);
+            if (roots.layers.has(k) || (roots.beyond.has(k) && v.mode[k] != 0))
+                continue; // rests, or goes on from beside
             if (v.mode[k] != 0) {
                 segment_.watch().start_root(Guard<M>::below(k), std::max(1, v.starts.side[i]));
                 continue;
@@ -238,6 +257,41 @@ private:
                 segment_.watch().start_root(Guard<M>::above(k), v.starts.above[i]);
         }
         return Status::ok;
+    }
+    /// True if fields may end like a root at one of these surfaces: at a kink, at what has a layer,
+    /// and where their derivatives did not decide.
+    bool may_end_like_root(const Verdict<M>& v, const SurfaceSet<M>& on) const {
+        bool may = !v.finite || !v.unique;
+        for (const int k : on)
+            may = may || is_kind(sys_, k, SurfaceKind::kink) || segment_.layers().has(k);
+        return may || (on.n == 1 && (v.below.sign == 0 || v.above.sign == 0) &&
+                       !is_kind(sys_, on[0], SurfaceKind::jump));
+    }
+    FILIPPOV_COLD RootLaws<Sys, S> roots_at(const Mode<M>& mode, const SurfaceSet<M>& on) const {
+        return root_laws(sys_, mode, on, segment_.clock().local, segment_.x(), p_,
+                         segment_.direction(), segment_.scale(),
+                         [&](int k) { return !is_kind(sys_, k, SurfaceKind::jump); });
+    }
+    /// Judges where fields end like a root, by what they do beside the surfaces.
+    FILIPPOV_COLD Verdict<M> judge_beside(const RootLaws<Sys, S>& roots,
+                                          const Layers<Sys, S>& layers, const Mode<M>& before,
+                                          const SurfaceSet<M>& on, int guard, bool one) const {
+        const SlideEnd<M> exit = slide_end(before, guard);
+        if (one)
+            return admissible_beside(roots, before, on[0], exit.side, settings_.on_nonunique);
+        Verdict<M> v;
+        if constexpr (!single_v<Sys>) {
+            const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
+            v = admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
+                           exit, settings_.on_nonunique, &layers);
+            for (const int k : on)
+                if (layers.has(k) && exit.surface != k && roots.grows_from_nothing(k)) {
+                    v.unique = false;
+                    v.reason =
+                        "a field that leads away from a surface grows like a root from nothing";
+                }
+        }
+        return v;
     }
     /// What the observer chooses, -1: nothing.
     int choice(const Verdict<M>& v) const {
@@ -386,7 +440,8 @@ private:
         const S t = segment_.clock().local;
         const bool by_s = guard != Guard<M>::transversal(guard / 3);
         SlideEnd<M> end{before};
-        if (const auto set = set_valued_slide(sys_, before, t, segment_.x(), p_);
+        if (const auto set =
+                set_valued_slide(sys_, before, t, segment_.x(), p_, segment_.its_layers());
             set.found) { // all that bound it at once
             const auto slid = slid_surfaces(before);
             for (int i = 0; i < slid.n && (by_s || set.margin < S(1e-7)); ++i)
@@ -401,7 +456,8 @@ private:
         for (int j = 0; j < M; ++j) {
             if (before[j] != 0)
                 continue;
-            const Margin<S> m = sliding_margin(sys_, before, j, t, segment_.x(), p_);
+            const Margin<S> m =
+                sliding_margin(sys_, before, j, t, segment_.x(), p_, segment_.its_layers());
             for (const int side : {-1, 1})
                 if (const S margin = side < 0 ? m.below : m.above; margin < least) {
                     least = margin;
@@ -417,14 +473,15 @@ private:
         const S t = segment_.clock().local;
         const S ago = S(1e-3) * S(segment_.direction()) * segment_.time_scale();
         const X& x = segment_.x();
-        const X then = x - ago * mode_field(sys_, before, t, x, p_);
+        const auto* layers = segment_.its_layers();
+        const X then = x - ago * mode_field(sys_, before, t, x, p_, layers);
         SlideEnd<M> end{before};
         for (int j = 0; j < M; ++j) {
             if (!segment_.watch().stays_at_end(j))
                 continue;
             const auto apart = [&](const S& time, const X& y) {
                 using std::abs;
-                return abs(sliding_margin(sys_, before, j, time, y, p_).w);
+                return abs(sliding_margin(sys_, before, j, time, y, p_, layers).w);
             };
             if (!(apart(t, x) > S(1e-6) * apart(S(t - ago), then)))
                 end.parted |= 1u << j;
@@ -442,12 +499,13 @@ private:
         }
     }
     /// True if the mode has a sliding field here.
-    bool slides(const Mode<M>& mode) const {
+    bool slides(const Mode<M>& mode, const Layers<Sys, S>* layers) const {
         const S t = segment_.clock().local;
         if constexpr (single_v<Sys>)
-            return all_finite<S, 1>(Vec<S, 1>(sliding_margin(sys_, mode, t, segment_.x(), p_).s));
+            return all_finite<S, 1>(
+                Vec<S, 1>(sliding_margin(sys_, mode, 0, t, segment_.x(), p_, layers).s));
         else
-            return all_finite<S, N>(mode_field(sys_, mode, t, segment_.x(), p_));
+            return all_finite<S, N>(mode_field(sys_, mode, t, segment_.x(), p_, layers));
     }
 
     /// The surfaces at the point where guard g was met in `before`: the one it belongs to, those
@@ -465,9 +523,10 @@ private:
         using std::abs;
         const S t = segment_.clock().local;
         const X& x = segment_.x();
-        const X f = mode_field(sys_, segment_.mode(), t, x, p_);
-        const S rounding = segment_.in_two_fold() ? rounding_band(sys_, j, t, x, p_)
-                                                  : rounding_band_along(sys_, j, t, x, p_, f);
+        const X f = segment_.field();
+        const S rounding = segment_.in_two_fold() || !all_finite<S, N>(f)
+                               ? rounding_band(sys_, j, t, x, p_)
+                               : rounding_band_along(sys_, j, t, x, p_, f);
         return abs(switching(sys_, t, x, p_)[j]) <=
                rounding + S(1e-3) * change_over(sys_, j, t, x, p_, segment_.scale());
     }
@@ -479,7 +538,7 @@ private:
     }
 
     /// A guard was met: log it, and decide how to go on.
-    Status handle(const Stop& stop) {
+    Status handle(Stop stop) {
         if (segment_.counters().events >= settings_.max_events)
             return segment_.fail(Status::max_events, "");
         if (const Status status = no_progress(); status != Status::ok)
@@ -492,6 +551,8 @@ private:
         const int j = stop.guard / 3;
         const Mode<M> before = segment_.mode();
         alternatives_ = 0;
+        if ((stop.touch || stop.jumped) && rests_at(before, stop.guard))
+            stop.touch = stop.jumped = false;
         if (stop.touch) {
             contacts_ = slid_surfaces(before);
             if (!contacts_.contains(j))
@@ -529,6 +590,17 @@ private:
         return watch_for_limit(j);
     }
 
+    /// True if what was touched from outside, or passed in a step that saw no zero, is a surface at
+    /// which the field ends like a root: then it is met. The state is put on it.
+    FILIPPOV_COLD bool rests_at(const Mode<M>& before, int guard) {
+        const int j = guard / 3;
+        if constexpr (may_have_layers_v<Sys, S>)
+            if (before[j] != 0 && segment_.is_root_near(j, S(before[j]))) {
+                segment_.put_on_layers();
+                return true;
+            }
+        return false;
+    }
     /// Judges how the solution goes on from where the mode ended.
     Status change(const Mode<M>& before, const Stop& stop) {
         const int j = stop.guard / 3;
@@ -675,7 +747,7 @@ private:
     FILIPPOV_COLD std::optional<Rest> rest_ahead(bool lost) {
         const auto field_of = [&](const Mode<M>& mode, const S& after) {
             const S t = segment_.clock().local + S(segment_.direction()) * after;
-            return mode_field(sys_, mode, t, segment_.x(), p_);
+            return mode_field(sys_, mode, t, segment_.x(), p_, segment_.its_layers());
         };
         const X field = field_of(segment_.mode(), S(0));
         const X lengths = segment_.scale() / mean_weight<Sys, S>(sys_);
@@ -925,7 +997,9 @@ private:
             e.contacts |= 1u << j;
         e.alternatives = contact ? alternatives_ : 0;
         if constexpr (M > 1)
-            e.s_unique = !set_valued_slide(sys_, after, c.local, segment_.x(), p_).found;
+            e.s_unique =
+                !set_valued_slide(sys_, after, c.local, segment_.x(), p_, segment_.its_layers())
+                     .found;
         return e;
     }
 
@@ -937,6 +1011,8 @@ private:
             return M == 1 ? S(mode[0]) : std::numeric_limits<S>::quiet_NaN();
         if (contact)
             j = surface;
+        if (segment_.layers().has(j)) // nothing of the field is left to blend there
+            return std::numeric_limits<S>::quiet_NaN();
         if (is_kind(sys_, j, SurfaceKind::jump)) // free; in contact there is a force and no s
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
         if (mode[j] != 0)

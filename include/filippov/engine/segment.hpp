@@ -15,6 +15,7 @@
 #include <filippov/run/first_step.hpp>
 #include <filippov/run/observers.hpp>
 #include <filippov/run/report.hpp>
+#include <filippov/sliding/root_law.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,10 @@ public:
     const Mode<M>& mode() const { return place_.mode; }
     int direction() const { return place_.direction; }
     const X& scale() const { return place_.scale; }
+    const Layers<Sys, S>& layers() const { return place_.layers; }
+    const Layers<Sys, S>* its_layers() const { return place_.its_layers(); }
+    /// The field of the mode, where it is.
+    X field() const { return place_.field(place_.clock.local, place_.x); }
     const Guards& watch() const { return watch_; }
     Guards& watch() { return watch_; }
     const Counters& counters() const { return counters_; }
@@ -74,6 +79,25 @@ public:
     void set_state(const X& x) {
         place_.put(x);
         have_k0_ = false;
+    }
+
+    /// The surfaces that are slid on from here on are looked at from beside, if they have layers.
+    void look_from_beside(const Layers<Sys, S>& layers) {
+        if (place_.layered || layers.any()) {
+            place_.layers = layers;
+            place_.layered = true; // `enter` takes those out that are not slid on
+            have_k0_ = false;
+        }
+    }
+    /// Puts the state on the surfaces whose layers it is in.
+    void put_on_layers() {
+        const S t = place_.clock.local;
+        set_state(put_on(near_layers(t, place_.x), t, place_.x));
+    }
+    /// True if surface j is no farther than the width of its layer, and the field on this side of
+    /// it ends like a root and leads to it.
+    FILIPPOV_COLD bool is_root_near(int j, const S& side) const {
+        return root_near(j, side).holds();
     }
 
     /// Prescribes a mode; its guards start from their values here.
@@ -351,6 +375,84 @@ private:
         }
         return dt / S(4);
     }
+    /// The surfaces slid on, and others that are no farther than the width of their layers.
+    FILIPPOV_COLD SurfaceSet<M> near_layers(const S& t, const X& x) const {
+        const Vec<S, M> h = switching(place_.sys, t, x, place_.p);
+        SurfaceSet<M> on;
+        for (int k = 0; k < M; ++k)
+            if (place_.mode[k] == 0 ||
+                (!is_kind(place_.sys, k, SurfaceKind::jump) &&
+                 abs_(h[k]) <= layer_width(place_.sys, k, t, x, place_.p, place_.scale)))
+                on.add(k);
+        return on;
+    }
+    X put_on(const SurfaceSet<M>& on, const S& t, const X& x) const {
+        const Constraints<Sys> all(place_.sys, place_.mode, on);
+        return project(place_.sys, all.of_state(place_.sys, t, x, place_.p), t, x, place_.p,
+                       place_.scale);
+    }
+    /// The law of the field near surface j, if that is no farther than the width of its layer, and
+    /// the field ends there like a root and leads to it.
+    FILIPPOV_COLD RootLaw<S> root_near(int j, const S& side) const {
+        const S t = place_.clock.local;
+        const S h = switching(place_.sys, t, place_.x, place_.p)[j];
+        if (is_kind(place_.sys, j, SurfaceKind::jump) ||
+            !(abs_(h) <= layer_width(place_.sys, j, t, place_.x, place_.p, place_.scale)))
+            return {};
+        const SurfaceSet<M> on = near_layers(t, place_.x);
+        const auto laws = root_laws(
+            place_.sys, place_.mode, on, t, put_on(on, t, place_.x), place_.p, place_.direction,
+            place_.scale, [&](int k) { return place_.mode[k] != 0 || place_.layers.has(k); });
+        const RootLaw<S>& law = (side < S(0) ? laws.below : laws.above)[std::size_t(j)];
+        return laws.layers.has(j) && side * law.rate < S(0) ? law : RootLaw<S>{};
+    }
+    /// True if nothing is left to surface j but rounding of h, and the field leads there.
+    bool is_met_but_for_rounding(int j) const {
+        const S t = place_.clock.local;
+        const S rate = normal_component(place_.sys, j, t, place_.x, place_.p, steps_.start_field());
+        return S(place_.mode[j]) * forward() * rate < S(0) &&
+               abs_(switching(place_.sys, t, place_.x, place_.p)[j]) <=
+                   rounding_band(place_.sys, j, t, place_.x, place_.p) / S(4);
+    }
+    /// Where a field ends like a root at its surface steps shrink with the way that is left, and
+    /// rounding of h may be all of it. The surface is met when that way is within its layer: after
+    /// the time that is left by the law, if nothing else changes in it, or at once, where steps
+    /// have become too short to get there.
+    FILIPPOV_COLD Stop contact_at_root(const S& dt, bool bad_stage) {
+        Stop stop;
+        for (int j = 0; j < M && stop.guard < 0; ++j) {
+            if (place_.mode[j] == 0)
+                continue;
+            const S side(place_.mode[j]);
+            if (bad_stage && elapsed_ > S(0) && is_met_but_for_rounding(j)) {
+                place_.put(put_on(near_layers(place_.clock.local, place_.x), place_.clock.local,
+                                  place_.x));
+                have_k0_ = false;
+                stop.guard = Guard<M>::below(j);
+                break;
+            }
+            const RootLaw<S> law = root_near(j, side);
+            if (!law.holds())
+                continue;
+            const S t = place_.clock.local, left = time_to_surface(j) / (S(1) - law.exponent);
+            const X& f = steps_.start_field();
+            const SurfaceSet<M> on = near_layers(t, place_.x);
+            const X there = put_on(on, S(t + left), X(place_.x + left * f));
+            const X as_far_beside = there + (place_.x - put_on(on, t, place_.x));
+            const X change = left * (place_.field(S(t + left), as_far_beside) - f);
+            if (forward() * left >= S(0) && reaches(left) && place_.norm(change) <= S(0.1)) {
+                leap(left, there);
+                watch_.go_on_with_sections();
+            } else if (abs_(dt) <= S(1e-3) * elapsed_) {
+                place_.put(put_on(on, t, place_.x));
+                have_k0_ = false;
+            } else {
+                continue;
+            }
+            stop.guard = Guard<M>::below(j);
+        }
+        return stop;
+    }
     /// Where a field ends at its surface no step reaches across: the surface is met when the time
     /// left to it is below the resolution of time.
     FILIPPOV_COLD Stop contact_at_edge() {
@@ -476,7 +578,8 @@ private:
     FILIPPOV_INLINE bool may_meet_two_fold() const {
         if constexpr (HasEquivalentControl<Sys, S>)
             return false;
-        return !prescribed_ && place_.mode.sliding() == 1 && place_.mode.second_order == 0 &&
+        return !prescribed_ && !place_.layered && place_.mode.sliding() == 1 &&
+               place_.mode.second_order == 0 &&
                !is_kind(place_.sys, sliding_surface(place_.mode), SurfaceKind::jump);
     }
     /// True if the slide goes to a two-fold, straight, and nothing else happens on the way.
@@ -551,8 +654,7 @@ private:
         const int j = sliding_surface(place_.mode);
         for (int k = 1; k <= 64; k *= 2) {
             const S dt = forward() * S(k) * place_.resolution();
-            const Margin<S> m = sliding_margin(place_.sys, place_.mode, j,
-                                               S(place_.clock.local + dt), alone(dt), place_.p);
+            const Margin<S> m = place_.margin(j, S(place_.clock.local + dt), alone(dt));
             if (!(m.w * watch_.sense(Guard<M>::transversal(j)) > S(0)))
                 return true;
         }
@@ -674,6 +776,10 @@ private:
                     checks_ = std::max(checks_, 1);
                 if (bad_stage && fixed)
                     return {fail_small(true)};
+                if constexpr (may_have_layers_v<Sys, S>)
+                    if ((bad_stage || counters_.rejected % 8 == 0) && !prescribed_ && !fixed)
+                        if (const Stop stop = contact_at_root(dt, bad_stage); stop.guard >= 0)
+                            return stop;
                 continue;
             }
             const bool unjudged = !(error > S(1e-10)); // (it is a square)

@@ -356,6 +356,8 @@ private:
             if (is_kind(sys_, j, SurfaceKind::jump) && side == 0)
                 return settle(clock, after);
         const bool slid = mode_[j] == 0;
+        // what rests where its field ends like a root has come there with an infinite gradient
+        singular_ = singular_ || (is_kind(sys_, j, SurfaceKind::kink) && (slid || side == 0));
         const auto guard = [&](const auto& t, const auto& x, const auto& p) {
             using S = std::remove_cvref_t<decltype(t)>;
             if (!slid)

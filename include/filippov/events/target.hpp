@@ -145,7 +145,7 @@ private:
             }
         const auto q = lift<1>(at_.p);
         const auto margin = [&](const auto& time, const auto& y) {
-            const auto m = sliding_margin(at_.sys, at_.mode, j, time, y, q);
+            const auto m = sliding_margin(at_.sys, at_.mode, j, time, y, q, at_.its_layers());
             return g % 3 == 0 ? m.below : m.above;
         };
         return -directional(margin, t, x, S(1), f);

@@ -468,9 +468,11 @@ private:
             limits_ = 0;
             if (at_.mode.sliding() < 2)
                 return;
-            const auto slide = joint_sliding(at_.sys, at_.mode, at_.clock.local, at_.x, at_.p);
+            const auto slide =
+                joint_sliding(at_.sys, at_.mode, at_.clock.local, at_.x, at_.p, at_.its_layers());
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::switching) &&
+                    !(at_.layered && at_.layers.has(j)) &&
                     std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>)
                     limits_ |= 1u << j;
         }
@@ -497,7 +499,7 @@ private:
         const int j = g / 3;
         if (at_.mode[j] != 0)
             return switching(at_.sys, t, x, at_.p)[j];
-        const Margin<S> margin = sliding_margin(at_.sys, at_.mode, j, t, x, at_.p);
+        const Margin<S> margin = at_.margin(j, t, x);
         if (g % 3 == 2)
             return margin.w;
         return s_max(at_.sys, at_.p) - S(1) + (g % 3 == 0 ? margin.below : margin.above);
@@ -632,9 +634,9 @@ private:
     /// Samples all guards of a slide, which one look at the fields gives.
     void sample_slide(std::size_t k, const S& t, const X& x) {
         if constexpr (single_v<Sys>) {
-            sample_margins(0, k, sliding_margin(at_.sys, at_.mode, t, x, at_.p));
+            sample_margins(0, k, at_.margin(0, t, x));
         } else {
-            const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p);
+            const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p, at_.its_layers());
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0)
                     sample_margins(j, k,

@@ -30,6 +30,8 @@ template <class Sys, class S> struct Place {
     X scale; ///< what the tolerance lets each component err
     Mode<M> mode{};
     Constraints<Sys> held{}; ///< what holds the solution in this mode
+    Layers<Sys, S> layers{}; ///< of the surfaces slid on
+    bool layered = false;    ///< there are some
 
     Place(const Sys& system, const P& params, const Settings<S, N>& how)
         : sys(system), p(params), settings(how) {}
@@ -44,13 +46,29 @@ template <class Sys, class S> struct Place {
         if constexpr (!single_v<Sys>)
             if (held.size() > 1)
                 held = independent_part(sys, held, clock.local, x, p, scale);
+        if (layered) [[unlikely]]
+            look_from_beside(layers);
     }
+    /// Surfaces slid on are looked at from beside: those that have layers.
+    FILIPPOV_COLD void look_from_beside(const Layers<Sys, S>& all) {
+        layers = all;
+        for (int j = 0; j < M; ++j)
+            if (mode[j] != 0)
+                layers.width[j] = S(0);
+        layered = layers.any();
+    }
+    /// The layers of the surfaces slid on; null: none has one.
+    const Layers<Sys, S>* its_layers() const { return layered ? &layers : nullptr; }
 
     /// The smallest step that moves the clock.
     S resolution() const { return filippov::resolution(clock.local); }
 
     /// The field of the mode.
-    X field(const S& t, const X& y) const { return mode_field(sys, mode, t, y, p); }
+    X field(const S& t, const X& y) const { return mode_field(sys, mode, t, y, p, its_layers()); }
+    /// The margins of the slide on surface j.
+    Margin<S> margin(int j, const S& t, const X& y) const {
+        return sliding_margin(sys, mode, j, t, y, p, its_layers());
+    }
 
     /// What holds the solution in this mode, and surface j that it meets.
     Constraints<Sys> held_with(int j, const S& t, const X& y) const {

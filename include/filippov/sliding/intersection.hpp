@@ -49,6 +49,24 @@ template <class Sys> std::pair<int, int> margin_of_all(const Sys& sys, const aut
     return {on[0], +1};
 }
 
+/// Surfaces with layers attract for as long as their slides last, also one whose field on one side
+/// leads nowhere: there s is at its end all the time, and ends the slide beyond it.
+template <class Sys, class S>
+FILIPPOV_COLD void
+hold_in_layers(const Regions<Sys, S>& regions, const Layers<Sys, Real<S>>& layers,
+               NormalField<Real<S>, surfaces_v<Sys>>& plain, JointSliding<Sys, S>& r) {
+    using R = Real<S>;
+    for (int i = 0; i < regions.on.n; ++i) {
+        const int j = regions.on[i];
+        if (!layers.has(j))
+            continue;
+        r.below[j] += S(layer_slack<R>);
+        r.above[j] += S(layer_slack<R>);
+        for (unsigned v = 0; v < plain.regions() && regions.on.n > 1; ++v)
+            plain.normal[v][i] = (v >> i & 1u) != 0 ? R(-1) : R(1);
+    }
+}
+
 } // namespace detail
 
 /// Sliding vector field on the intersection of the surfaces with mode 0: the blend of the regions
@@ -58,14 +76,15 @@ template <class Sys> std::pair<int, int> margin_of_all(const Sys& sys, const aut
 /// is from empty.
 ///
 /// @param x   state, shape (dim,), on these surfaces
+/// @param layers  of those that are looked at from beside; null: of none
 /// @error     none; NaN where there is no such blend
 /// @cost      2^n fields and derivatives of h, n surfaces
 /// @source    chapter, (4.11)-(4.12), for each surface; Selection for several
 template <class Sys, class S>
 FILIPPOV_NOINLINE JointSliding<Sys, S>
 joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
-              const Params<Sys, S>& p) {
-    const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p);
+              const Params<Sys, S>& p, const Layers<Sys, Real<S>>* layers = nullptr) {
+    const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p, layers);
     auto blend = blend_of<Sys, S>(regions.flow);
     JointSliding<Sys, S> r;
     if constexpr (JointSliding<Sys, S>::M > 1)
@@ -101,13 +120,16 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
     r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(Real<S>(1));
     if (contacts)
         return r;
-    const auto plain = detail::values_of_field(regions.flow);
+    auto plain = detail::values_of_field(regions.flow);
+    if (layers != nullptr)
+        detail::hold_in_layers(regions, *layers, plain, r);
     if (regions.on.n == 1) {
         r.w[regions.on[0]] = plain(0, 0) - plain(1, 0);
         return r;
     }
     const auto at_limit = [&](int i) {
         return is_kind(sys, regions.on[i], SurfaceKind::switching) &&
+               (layers == nullptr || !layers->has(regions.on[i])) &&
                std::min(value_of(blend.below[i]), value_of(blend.above[i])) <=
                    detail::share_rounding<Real<S>>;
     };
@@ -134,36 +156,43 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
 template <class Sys, class S>
 FILIPPOV_COLD SetValued<S, surfaces_v<Sys>>
 set_valued_slide(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
-                 const State<Sys, S>& x, const Params<Sys, S>& p) {
+                 const State<Sys, S>& x, const Params<Sys, S>& p,
+                 const Layers<Sys, Real<S>>* layers = nullptr) {
     if (surfaces_v<Sys> == 1 || mode.sliding() < 2)
         return {};
-    const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p);
+    const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p, layers);
     return may_be_set_valued(blend_of<Sys, S>(regions.flow)) ? set_valued(sys, regions)
                                                              : SetValued<S, surfaces_v<Sys>>{};
 }
 
 /// The field of any mode.
 template <class Sys, class S>
-FILIPPOV_INLINE State<Sys, S> mode_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
-                                         const S& t, const State<Sys, S>& x,
-                                         const Params<Sys, S>& p) {
+FILIPPOV_INLINE State<Sys, S>
+mode_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
+           const Params<Sys, S>& p, const Layers<Sys, Real<S>>* layers = nullptr) {
     if (sliding_surface(mode) < 0)
         return side_field(sys, mode, t, x, p);
-    if constexpr (single_v<Sys>)
+    if constexpr (!single_v<Sys>)
+        return joint_sliding(sys, mode, t, x, p, layers).f;
+    else if (layers == nullptr)
         return sliding(sys, mode, t, x, p).f;
     else
-        return joint_sliding(sys, mode, t, x, p).f;
+        return sliding_in_layer(sys, mode, t, x, p, *layers).f;
 }
 
 /// The margins of the slide of `mode` at surface j.
 template <class Sys, class S>
 FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j,
                                          const S& t, const State<Sys, S>& x,
-                                         const Params<Sys, S>& p) {
+                                         const Params<Sys, S>& p,
+                                         const Layers<Sys, Real<S>>* layers = nullptr) {
     if constexpr (single_v<Sys>) {
-        return sliding_margin(sys, mode, t, x, p);
+        if (layers == nullptr)
+            return sliding_margin(sys, mode, t, x, p);
+        const Sliding<Sys, S> slide = sliding_in_layer(sys, mode, t, x, p, *layers);
+        return {slide.below - S(1), slide.below, slide.above, slide.w};
     } else {
-        const auto slide = joint_sliding(sys, mode, t, x, p);
+        const auto slide = joint_sliding(sys, mode, t, x, p, layers);
         return {slide.s[j], slide.below[j], slide.above[j], S(slide.w[j])};
     }
 }

@@ -76,11 +76,13 @@ template <class Sys, class S> class Candidate {
 public:
     /// @param before   the mode that came here
     /// @param regions  around the surfaces in contact
+    /// @param layers   of those that are looked at from beside; null: of none
     Candidate(const Sys& sys, const Mode<M>& mode, const Mode<M>& before,
               const Regions<Sys, S>& regions, const S& t, const State<Sys, S>& x,
-              const Params<Sys, S>& p, const Arrival<S>& arrival)
-        : sys_(sys), mode_(mode), before_(before), regions_(regions), t_(t), x_(x), p_(p),
-          arrival_(arrival) {}
+              const Params<Sys, S>& p, const Arrival<S>& arrival, const Layers<Sys, S>* layers)
+        : sys_(sys), mode_(mode), before_(before), regions_(regions), t_(t),
+          x_(layers != nullptr ? beside(sys, *layers, mode, regions.on, t, x, p) : x), p_(p),
+          arrival_(arrival), layers_(layers) {}
 
     /// True if the mode's own field keeps it; `starts` then holds the roots that its guards start
     /// on.
@@ -91,7 +93,7 @@ public:
         const auto& on = regions_.on;
         if constexpr (M > 1)
             if (flow_.n > 1 && may_be_set_valued(blend)) {
-                set_ = set_valued_slide(sys_, mode_, t_, x_, p_);
+                set_ = set_valued_slide(sys_, mode_, t_, x_, p_, layers_);
                 if (set_.found) {
                     blend = set_.blend;
                     if (!keeps_set(exit, starts))
@@ -119,20 +121,22 @@ public:
         return true;
     }
     /// True if it slides on nothing, or on what is shown to attract. From a slide that rests, or
-    /// begins or stays at an end of s, what has no speed does not lead away, either.
+    /// begins or stays at an end of s, or within a layer, what has no speed does not lead away,
+    /// either.
     bool attracts() const {
         if constexpr (M > 1)
             if (set_.found)
                 return arrival_.direction > 0 && set_.w > S(0) && (!set_.twists || twists());
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
-            return mode_field(sys_, mode_, t, x, p);
+            return mode_field(sys_, mode_, t, x, p, layers_);
         };
         if constexpr (has_jumps_v<Sys>)
             if (flow_.n > 1 && arrival_.direction > 0 &&
-                contacts_hold(sys_, regions_at(sys_, mode_, slid_surfaces(mode_), t_, x_, p_)))
+                contacts_hold(sys_,
+                              regions_at(sys_, mode_, slid_surfaces(mode_), t_, x_, p_, layers_)))
                 return true;
         return flow_.n == 0 || filippov::attracts(flow_in_time()) ||
-               ((at_end_ || stays(field)) &&
+               ((at_end_ || layers_ != nullptr || stays(field)) &&
                 filippov::attracts(detail::tangent_leads_in(flow_in_time())));
     }
 
@@ -158,6 +162,8 @@ private:
         }
     }
 
+    bool has_layer(int j) const { return layers_ != nullptr && layers_->has(j); }
+
     NormalField<S, M> flow_in_time() const {
         auto flow = flow_;
         for (unsigned v = 0; v < flow.regions(); ++v)
@@ -172,10 +178,10 @@ private:
         return before_[j] == 0 ? 0 : normal_motion(sys_, mode_, j, t_, x_, p_, arrival_.direction);
     }
 
-    /// A kink is always crossed, and contact is for what does not leave.
+    /// A kink is always crossed, unless it has a layer, and contact is for what does not leave.
     bool may_slide(int j) const {
         if (is_kind(sys_, j, SurfaceKind::kink))
-            return false;
+            return has_layer(j);
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump))
                 return motion(j) == 0 &&
@@ -188,15 +194,17 @@ private:
     bool keeps_sliding(int j, int end, const S& margin, const SlideEnd<M>& exit, int& order) {
         using std::abs;
         const bool at_end = exit.side[j] == end && mode_ == exit.mode;
+        if (has_layer(j))
+            return !at_end && margin >= -layer_slack<S>;
         // A force has no scale.
         const S band = is_kind(sys_, j, SurfaceKind::jump) ? S(0) : noise;
         if (!at_end && !(abs(margin) <= band))
             return margin > S(0);
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
-            return mode_field(sys_, mode_, t, x, p);
+            return mode_field(sys_, mode_, t, x, p, layers_);
         };
         const auto distance = [&](const auto& t, const auto& x, const auto& p) {
-            const auto m = sliding_margin(sys_, mode_, j, t, x, p);
+            const auto m = sliding_margin(sys_, mode_, j, t, x, p, layers_);
             return end < 0 ? m.below : m.above;
         };
         const auto rate = lie_derivatives<2>(field, distance, t_, x_, p_);
@@ -224,7 +232,7 @@ private:
     template <class Quantity>
     FILIPPOV_COLD int sign_ahead(const S& least, const Quantity& quantity) const {
         using std::abs;
-        const State<Sys, S> f = mode_field(sys_, mode_, t_, x_, p_);
+        const State<Sys, S> f = mode_field(sys_, mode_, t_, x_, p_, layers_);
         const Constraints<Sys> held(sys_, mode_);
         for (S ahead = S(1e-6); ahead <= S(1e-2); ahead *= S(10)) {
             const S dt = ahead * S(arrival_.direction) * arrival_.tau, t = t_ + dt;
@@ -256,7 +264,7 @@ private:
         const S tau = S(arrival_.direction) * arrival_.tau;
         for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau); dt *= S(10)) {
             const auto later =
-                set_valued_slide(sys_, mode_, S(t_ + dt), State<Sys, S>(x_ + dt * f), p_);
+                set_valued_slide(sys_, mode_, S(t_ + dt), State<Sys, S>(x_ + dt * f), p_, layers_);
             if (!later.found)
                 return false;
             if (const S change = later.margin - set_.margin;
@@ -350,8 +358,10 @@ private:
         const bool tangent = exit.ends_on(j) && mode_[j] != 0 && exit.leads_to(mode_);
         if (!tangent && abs(slope) > noise * size)
             return sign(jumps ? slope : S(forward * slope)) == mode_[j];
+        if (has_layer(j))
+            return tangent;
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
-            return mode_field(sys_, mode_, t, x, p);
+            return mode_field(sys_, mode_, t, x, p, layers_);
         };
         const auto h = [&](const auto& t, const auto& x, const auto& p) {
             return switching(sys_, t, x, p)[j];
@@ -422,9 +432,10 @@ private:
     const Mode<M> mode_, before_;
     const Regions<Sys, S>& regions_;
     const S t_;
-    const State<Sys, S>& x_;
+    const State<Sys, S> x_;
     const Params<Sys, S>& p_;
     const Arrival<S>& arrival_;
+    const Layers<Sys, S>* layers_;
     NormalField<S, M> flow_;
     SetValued<S, M> set_;
     std::array<unsigned, std::size_t(1) << M> region_{};
@@ -443,17 +454,19 @@ private:
 ///
 /// @param on    the surfaces in contact, two or more: hit here or slid on
 /// @param exit  the slide that ended here, if one did
+/// @param layers  of surfaces that are looked at from beside; null: of none
 /// @cost  2^n fields, 3^n small linear systems
 template <class Sys, class S>
 Verdict<surfaces_v<Sys>>
 admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces_v<Sys>>& on,
            const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
-           const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy) {
+           const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy,
+           const Layers<Sys, S>* layers = nullptr) {
     constexpr int M = surfaces_v<Sys>;
     const Mode<M> before = mode;
     Verdict<M> v;
     v.mode = before;
-    const auto regions = regions_at(sys, mode, on, t, x, p);
+    const auto regions = regions_at(sys, mode, on, t, x, p, layers);
     for (unsigned r = 0; r < regions.flow.regions(); ++r)
         if (!all_finite<S, dim_v<Sys>>(regions.field[r])) {
             v.finite = false;
@@ -466,7 +479,7 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
     for (int code = 0; code < modes; ++code) {
         for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
             mode.set(on[i], rest % 3 - 1);
-        detail::Candidate<Sys, S> candidate(sys, mode, before, regions, t, x, p, arrival);
+        detail::Candidate<Sys, S> candidate(sys, mode, before, regions, t, x, p, arrival, layers);
         Starts<M> starts;
         if (!candidate.admissible(exit, starts))
             continue;

@@ -2,7 +2,7 @@
 // Sliding motion by Utkin's equivalent control.
 #pragma once
 
-#include <filippov/system/surface.hpp>
+#include <filippov/sliding/layer.hpp>
 
 namespace filippov {
 
@@ -110,6 +110,33 @@ FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sy
     } else {
         return blended(both_sides(sys, mode, sliding_surface(mode), t, x, p));
     }
+}
+
+/// By how much s may lie beyond its ends in a slide within a layer: where one side's field leads
+/// nowhere s is at an end all the time, but for rounding.
+template <class R> inline constexpr R layer_slack = R(1024) * epsilon<R>;
+
+/// The same where the surface is looked at from beside.
+template <class Sys, class S>
+FILIPPOV_COLD Sliding<Sys, S> sliding_in_layer(const Sys& sys, Mode<1> mode, const S& t,
+                                               const State<Sys, S>& x, const Params<Sys, S>& p,
+                                               const Layers<Sys, Real<S>>& layers) {
+    const auto side = [&](int sign, State<Sys, S>& f) {
+        mode.set(0, sign);
+        const State<Sys, S> y = beside(sys, layers, mode, slid_surfaces(Mode<1>{}), t, x, p);
+        f = side_field(sys, mode, t, y, p);
+        return normal_component(sys, 0, t, y, p, f);
+    };
+    State<Sys, S> f1, f2;
+    const S l1 = side(-1, f1), l2 = side(+1, f2);
+    const S w = l1 - l2, share1 = -l2 / w, share2 = l1 / w, slack(layer_slack<Real<S>>);
+    Sliding<Sys, S> r;
+    r.w = w;
+    for (int i = 0; i < dim_v<Sys>; ++i)
+        r.f[i] = share1 * f1[i] + share2 * f2[i];
+    r.below = share2 + share2 + slack;
+    r.above = share1 + share1 + slack;
+    return r;
 }
 
 /// How far a slide is from its ends, without cancellation at either. A contact ends above alone,

@@ -45,7 +45,7 @@ Slopes<S, dim_v<Sys>> slopes_at(const Place<Sys, S>& at, const S& t, const State
     const auto field = [&](const auto& time, const auto& y, const auto& p) {
         return mode_field(at.sys, at.mode, time,
                           at.mode.sliding() > 0 ? toward(at.sys, at.held, time, y, p, at.scale) : y,
-                          p);
+                          p, at.its_layers());
     };
     Slopes<S, dim_v<Sys>> slopes = slopes_of(field, t, x, at.p);
     slopes.size = at.scale;
@@ -118,10 +118,13 @@ template <class Sys, class S, class Guards> struct SlideField {
 private:
     FILIPPOV_INLINE auto slide(const S& t, const X& x) const {
         const X y = toward(at.sys, at.held, t, x, at.p, at.scale);
-        if constexpr (single_v<Sys>)
-            return sliding(at.sys, at.mode, t, y, at.p);
+        if constexpr (!single_v<Sys>)
+            return joint_sliding(at.sys, at.mode, t, y, at.p, at.its_layers());
+        else if constexpr (may_have_layers_v<Sys, S>)
+            return at.layered ? sliding_in_layer(at.sys, at.mode, t, y, at.p, at.layers)
+                              : sliding(at.sys, at.mode, t, y, at.p);
         else
-            return joint_sliding(at.sys, at.mode, t, y, at.p);
+            return sliding(at.sys, at.mode, t, y, at.p);
     }
 };
 

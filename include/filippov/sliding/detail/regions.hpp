@@ -2,6 +2,7 @@
 // The regions that meet where surfaces do, and what their fields do to these surfaces.
 #pragma once
 
+#include <filippov/sliding/layer.hpp>
 #include <filippov/sliding/sliding.hpp>
 
 namespace filippov {
@@ -121,11 +122,13 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
 
 /// The regions that meet where the surfaces `on` do, the other surfaces as in `mode`. Of a surface
 /// with jumps one is free, the other pushed, and what they do to it is to its normal speed.
+/// @param layers  of the surfaces that are looked at from beside; null: of none
 /// @cost 2^n fields and derivatives of h
 template <class Sys, class S>
 FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys>> mode,
                                              const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
-                                             const State<Sys, S>& x, const Params<Sys, S>& p) {
+                                             const State<Sys, S>& x, const Params<Sys, S>& p,
+                                             const Layers<Sys, Real<S>>* layers = nullptr) {
     constexpr int M = surfaces_v<Sys>;
     const int n = std::min(on.n, M);
     const auto jumps = [&](int i) { return is_kind(sys, on[i], SurfaceKind::jump); };
@@ -135,13 +138,21 @@ FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys
     for (unsigned v = 0; v < r.flow.regions(); ++v) {
         for (int i = 0; i < n; ++i)
             mode.set(on[i], jumps(i) || (v >> i & 1u) != 0 ? 1 : -1);
-        r.field[v] = side_field(sys, mode, t, x, p);
+        if (layers == nullptr) {
+            r.field[v] = side_field(sys, mode, t, x, p);
+            continue;
+        }
+        const State<Sys, S> y = beside(sys, *layers, mode, on, t, x, p);
+        r.field[v] = side_field(sys, mode, t, y, p);
+        const auto normal = normal_components(sys, t, y, p, r.field[v]);
+        for (int i = 0; i < n; ++i)
+            r.flow.normal[v][i] = normal[on[i]];
     }
     if constexpr (has_jumps_v<Sys>)
         for (int i = 0; i < n; ++i)
             if (jumps(i))
                 detail::push_regions(sys, r, region_of(mode), i, t, x, p);
-    for (unsigned v = 0; v < r.flow.regions(); ++v) {
+    for (unsigned v = 0; v < r.flow.regions() && layers == nullptr; ++v) {
         const auto normal = normal_components(sys, t, x, p, r.field[v]);
         for (int i = 0; i < n; ++i)
             if (!jumps(i))
