@@ -278,14 +278,15 @@ private:
                                           const SurfaceSet<M>& on, int guard, bool one) const {
         const SlideEnd<M> exit = slide_end(before, guard);
         if (one)
-            return admissible_beside(roots, before, on[0], exit.side, settings_.on_nonunique);
+            return admissible_beside(roots, before, on[0], exit.side[on[0]],
+                                     settings_.on_nonunique);
         Verdict<M> v;
         if constexpr (!single_v<Sys>) {
             const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
             v = admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
                            exit, settings_.on_nonunique, &layers);
             for (const int k : on)
-                if (layers.has(k) && exit.surface != k && roots.grows_from_nothing(k)) {
+                if (layers.has(k) && !exit.ends_on(k) && roots.grows_from_nothing(k)) {
                     v.unique = false;
                     v.reason =
                         "a field that leads away from a surface grows like a root from nothing";
@@ -435,7 +436,7 @@ private:
     SlideEnd<M> slide_end(const Mode<M>& before, int guard) const {
         if (guard < 0 || guard >= Guard<M>::first_section || before[guard / 3] != 0)
             return {};
-        if (guard == Guard<M>::transversal(guard / 3) && segment_.watch().stays_at_end(guard / 3))
+        if (guard == Guard<M>::transversal(guard / 3) && segment_.watch().limit(guard / 3) != 0)
             return limit_end(before);
         const S t = segment_.clock().local;
         const bool by_s = guard != Guard<M>::transversal(guard / 3);
@@ -467,23 +468,28 @@ private:
         }
         return end;
     }
-    /// The surfaces on which a slide that stays at their limits ends: L1 - L2 has fallen to
-    /// nothing, beside what it was a while ago.
+    /// The surfaces on which a slide that stays at their limits ends: L1 - L2 is there within
+    /// rounding of the time, or a millionth of a while, from where it vanishes.
     FILIPPOV_COLD SlideEnd<M> limit_end(const Mode<M>& before) const {
+        using std::abs;
         const S t = segment_.clock().local;
         const S ago = S(1e-3) * S(segment_.direction()) * segment_.time_scale();
         const X& x = segment_.x();
         const auto* layers = segment_.its_layers();
-        const X then = x - ago * mode_field(sys_, before, t, x, p_, layers);
+        Mode<M> at_ends = before; // whose field is that of the slide, but finite where it has ended
+        for (int j = 0; j < M; ++j)
+            if (const int end = segment_.watch().limit(j); end != 0)
+                at_ends.set(j, end);
+        const X then = x - ago * mode_field(sys_, at_ends, t, x, p_, layers);
         SlideEnd<M> end{before};
         for (int j = 0; j < M; ++j) {
-            if (!segment_.watch().stays_at_end(j))
+            if (segment_.watch().limit(j) == 0)
                 continue;
             const auto apart = [&](const S& time, const X& y) {
-                using std::abs;
                 return abs(sliding_margin(sys_, before, j, time, y, p_, layers).w);
             };
-            if (!(apart(t, x) > S(1e-6) * apart(S(t - ago), then)))
+            const S now = apart(t, x), fallen = abs(apart(S(t - ago), then) - now);
+            if (now * abs(ago) <= std::max(S(1e-6) * abs(ago), S(64) * ulp(t)) * fallen)
                 end.parted |= 1u << j;
         }
         return end;

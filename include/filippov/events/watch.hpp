@@ -148,8 +148,9 @@ public:
         }
     }
 
-    /// True of a surface on an intersection where s started at an end, and may stay.
-    bool stays_at_end(int j) const { return (limits_ >> j & 1u) != 0; }
+    /// The end of s, -1 or 1, at which a slide on an intersection started on surface j, and may
+    /// stay; 0: at none.
+    int limit(int j) const { return limits_[idx(j)]; }
     /// True if h, where it was said to touch zero, is farther beyond than the tolerance explains.
     FILIPPOV_COLD bool dips(int g, const S& t, const X& x) const {
         return off_surface(g) && !(guard_value(g, t, x) >= -touch_band(g, false));
@@ -459,13 +460,14 @@ private:
         if (g >= Guard<M>::first_section)
             return g - Guard<M>::first_section < sections_.size();
         if (g % 3 == 2) // one for all the surfaces slid on, or for each where s stays at an end
-            return limits_ != 0 ? stays_at_end(g / 3) : g / 3 == sliding_surface(at_.mode);
+            return any_limit_ ? limit(g / 3) != 0 : g / 3 == sliding_surface(at_.mode);
         return at_.mode[g / 3] == 0 || g % 3 == 0;
     }
     /// Sees on which surfaces of an intersection s is at an end.
     void see_limits() {
         if constexpr (M > 1) {
-            limits_ = 0;
+            limits_ = {};
+            any_limit_ = false;
             if (at_.mode.sliding() < 2)
                 return;
             const auto slide =
@@ -473,8 +475,10 @@ private:
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::switching) &&
                     !(at_.layered && at_.layers.has(j)) &&
-                    std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>)
-                    limits_ |= 1u << j;
+                    std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>) {
+                    limits_[idx(j)] = slide.below[j] < slide.above[j] ? -1 : 1;
+                    any_limit_ = true;
+                }
         }
     }
     void list_active() {
@@ -954,7 +958,8 @@ private:
     int n_active_ = 0;
     bool slides_ = false; ///< the mode does
     const ProbeTimes<S>* times_ = &probe_times<WindowTimes<S>, S>;
-    unsigned limits_ = 0;   ///< bit j: on an intersection s_j started at an end
+    std::array<signed char, std::size_t(M)> limits_{}; ///< see `limit`
+    bool any_limit_ = false;
     bool any_pace_ = false; ///< some of them may keep a pace of their own
 };
 

@@ -220,8 +220,10 @@ private:
                 return c > S(0);
         order = 2;
         return !leads_away(sign_ahead(least, [&](const Mode<M>& mode, const S& t, const auto& x) {
-            const auto m = sliding_margin(sys_, mode, j, t, x, p_);
-            return end < 0 ? m.below : m.above;
+            const auto m = sliding_margin(sys_, mode, j, t, x, p_, layers_);
+            return !(m.w > S(0)) ? std::numeric_limits<S>::quiet_NaN()
+                   : end < 0     ? m.below
+                                 : m.above;
         }));
     }
     static constexpr int no_field = 2;

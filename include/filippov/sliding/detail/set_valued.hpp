@@ -579,7 +579,7 @@ FILIPPOV_COLD SetValued<S, surfaces_v<Sys>> set_valued(const Sys& sys,
     const auto controls = detail::controls_of(sys, regions, base);
     const auto plain = detail::values_of_controls(controls);
     const detail::Solutions<R, M> all(plain);
-    if (all.rank == n || !detail::field_is_unique(regions, base, plain, all))
+    if (all.rank == n || all.rank == 0 || !detail::field_is_unique(regions, base, plain, all))
         return r;
     const detail::Widest<R, M> widest(plain, all);
     if (!(abs(widest.margin) <= std::numeric_limits<R>::max()))
