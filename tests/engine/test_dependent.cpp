@@ -357,6 +357,35 @@ TEMPLATE_TEST_CASE("dependent: what twists the other way does not rest", "[depen
     }
 }
 
+namespace {
+
+/// What looks like twisting and passes: x' = 1, y' = -2 sign x - sign y.
+struct Passing {
+    static constexpr int dim = 2;
+    static constexpr int surfaces = 2;
+
+    template <Scalar S>
+    Vec<S, 2> field(const S&, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        return {S(1), S(-2) * s[0] - s[1]};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1]};
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("dependent: a surface that is passed alike in all regions is passed",
+                   "[dependent]", DormandPrince5, DormandPrince8) {
+    const auto r = run<TestType>(Passing{}, {}, V2(-1, -1), 0, 3, tolerance<2>(1e-9));
+    INFO(r.result.message());
+    REQUIRE(r.result.status == Status::ok);
+    CHECK(r.result.x[0] == Approx(2));
+    const auto at = run<TestType>(Passing{}, {}, V2(0, 0), 0, 3, tolerance<2>(1e-9));
+    REQUIRE(at.result.status == Status::ok);
+    CHECK(at.result.x[1] == Approx(-3)); // y' = -2 + 1
+}
+
 // --- the same surface twice --------------------------------------------------------------------
 
 namespace {

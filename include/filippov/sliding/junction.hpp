@@ -126,7 +126,7 @@ public:
     bool attracts() const {
         if constexpr (M > 1)
             if (set_.found)
-                return arrival_.direction > 0 && set_.w > S(0) && (!set_.twists || twists());
+                return arrival_.direction > 0 && set_.w > S(0);
         const auto field = [&](const auto& t, const auto& x, const auto& p) {
             return mode_field(sys_, mode_, t, x, p, layers_);
         };
@@ -253,7 +253,7 @@ private:
     /// changes.
     bool keeps_set(const SlideEnd<M>& exit, Starts<M>& starts) {
         using std::abs;
-        if (!set_.consistent || (set_.twists && !(set_.w > S(0) && set_.pull > S(0))))
+        if (!set_.consistent || (set_.twists && !(set_.w > S(0) && set_.pull > S(0) && twists())))
             return false;
         const bool ended = exit.any() && mode_ == exit.mode;
         const auto [j, side] = margin_of_all(sys_, slid_surfaces(mode_));
