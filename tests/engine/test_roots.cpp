@@ -99,6 +99,21 @@ struct Tank {
         return {p[0] * x[0], (t - p[3]) * (p[4] - t)};
     }
 };
+/// x' = q - c x^a, odd; what has flown out is collected, and |x|^b, in y.
+struct Collector {
+    static constexpr int dim = 3;
+    static constexpr std::array<std::string_view, 4> params{"scale", "a", "b", "q"};
+    static constexpr int surfaces = 1;
+    static constexpr std::array<SurfaceKind, 1> kinds{SurfaceKind::kink};
+    template <Scalar S>
+    Vec<S, 3> region(const S&, const Vec<S, 3>& x, const Mode<1>& side, const Vec<S, 4>& p) const {
+        const S out = power(x[0], side[0] > 0, odd, S(1), p[1]);
+        return {p[3] - out, power(x[0], side[0] > 0, even, S(1), p[2]), out};
+    }
+    template <Scalar S> S h(const S&, const Vec<S, 3>& x, const Vec<S, 4>& p) const {
+        return p[0] * x[0];
+    }
+};
 /// Two sides of a switching surface and a clock: x' = -sqrt(x) above, 0 or sqrt(-x) below.
 struct TwoSides {
     static constexpr int dim = 2;
@@ -282,6 +297,24 @@ TEMPLATE_TEST_CASE("roots: what rests leaves when an inflow opens", "[roots]", D
                                  Vec<double, 2>(1, 0), 0.0, 12.0, tolerance<2>(tol));
     REQUIRE(r.result.status == Status::ok);
     CHECK(r.result.x[0] == Approx(-0.5 * 2.2).epsilon(1e-6));
+}
+
+TEMPLATE_TEST_CASE("roots: other components depend on what rests by laws of their own", "[roots]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    for (const double scale : scales)
+        for (const double b : {0.2, 0.5, 1.5})
+            for (const double q : {0.0, 2e-6}) { // the latter holds x at q^2, below the tolerance
+                CAPTURE(scale, b, q);
+                const auto r = run<TestType>(Collector{}, Vec<double, 4>(scale, 0.5, b, q),
+                                             Vec<double, 3>(1, 0, 0), 0.0, 12.0, tolerance<3>(tol));
+                REQUIRE(r.result.status == Status::ok);
+                CHECK(std::abs(r.result.x[0]) < tol);
+                CHECK(std::abs(r.result.x[2] - 1 - 12 * q) < 1e2 * tol);
+                // the integral of x^b/(sqrt(x) - q) to first order in q, and at rest q^2b
+                const double fallen = 1 / (b + 0.5) + q / b, rest = 10 * std::pow(q, 2 * b);
+                CHECK(std::abs(r.result.x[1] - fallen - rest) < 1e-3 * rest + 2e3 * tol);
+                few_steps(r);
+            }
 }
 
 TEMPLATE_TEST_CASE("roots: an inflow that turns round takes the level through zero", "[roots]",

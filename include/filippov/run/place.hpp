@@ -46,8 +46,9 @@ template <class Sys, class S> struct Place {
         if constexpr (!single_v<Sys>)
             if (held.size() > 1)
                 held = independent_part(sys, held, clock.local, x, p, scale);
-        if (layered) [[unlikely]]
-            look_from_beside(layers);
+        if constexpr (may_have_layers_v<Sys, S>)
+            if (layered) [[unlikely]]
+                look_from_beside(layers);
     }
     /// Surfaces slid on are looked at from beside: those that have layers.
     FILIPPOV_COLD void look_from_beside(const Layers<Sys, S>& all) {
@@ -58,7 +59,12 @@ template <class Sys, class S> struct Place {
         layered = layers.any();
     }
     /// The layers of the surfaces slid on; null: none has one.
-    const Layers<Sys, S>* its_layers() const { return layered ? &layers : nullptr; }
+    const Layers<Sys, S>* its_layers() const {
+        if constexpr (may_have_layers_v<Sys, S>)
+            return layered ? &layers : nullptr;
+        else
+            return nullptr;
+    }
 
     /// The smallest step that moves the clock.
     S resolution() const { return filippov::resolution(clock.local); }

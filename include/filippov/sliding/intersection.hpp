@@ -67,23 +67,12 @@ hold_in_layers(const Regions<Sys, S>& regions, const Layers<Sys, Real<S>>& layer
     }
 }
 
-} // namespace detail
-
-/// Sliding vector field on the intersection of the surfaces with mode 0: the blend of the regions
-/// that meet there with which all their h stay zero.
-///
-/// Where s is not unique and the field is, the surfaces share one margin: how far the set of all s
-/// is from empty.
-///
-/// @param x   state, shape (dim,), on these surfaces
-/// @param layers  of those that are looked at from beside; null: of none
-/// @error     none; NaN where there is no such blend
-/// @cost      2^n fields and derivatives of h, n surfaces
-/// @source    chapter, (4.11)-(4.12), for each surface; Selection for several
+/// As `joint_sliding`, by the fields at the widths of layers, if there are some.
 template <class Sys, class S>
 FILIPPOV_NOINLINE JointSliding<Sys, S>
-joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
-              const Params<Sys, S>& p, const Layers<Sys, Real<S>>* layers = nullptr) {
+joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
+                 const State<Sys, S>& x, const Params<Sys, S>& p,
+                 const Layers<Sys, Real<S>>* layers) {
     const auto regions = regions_at(sys, mode, slid_surfaces(mode), t, x, p, layers);
     auto blend = blend_of<Sys, S>(regions.flow);
     JointSliding<Sys, S> r;
@@ -122,7 +111,7 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
         return r;
     auto plain = detail::values_of_field(regions.flow);
     if (layers != nullptr)
-        detail::hold_in_layers(regions, *layers, plain, r);
+        hold_in_layers(regions, *layers, plain, r);
     if (regions.on.n == 1) {
         r.w[regions.on[0]] = plain(0, 0) - plain(1, 0);
         return r;
@@ -131,16 +120,16 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
         return is_kind(sys, regions.on[i], SurfaceKind::switching) &&
                (layers == nullptr || !layers->has(regions.on[i])) &&
                std::min(value_of(blend.below[i]), value_of(blend.above[i])) <=
-                   detail::share_rounding<Real<S>>;
+                   share_rounding<Real<S>>;
     };
     bool limits = false, all_apart = true;
     for (int i = 0; i < regions.on.n; ++i)
         if (at_limit(i)) {
             limits = true;
-            r.w[regions.on[i]] = detail::apart(plain, blend, i);
+            r.w[regions.on[i]] = apart(plain, blend, i);
             all_apart = all_apart && r.w[regions.on[i]] > Real<S>(0);
         }
-    Real<S> least = attraction(limits ? detail::tangent_leads_in(plain) : plain);
+    Real<S> least = attraction(limits ? tangent_leads_in(plain) : plain);
     if constexpr (has_jumps_v<Sys>)
         if (!(least > Real<S>(0)) && contacts_hold(sys, regions))
             least = Real<S>(1);
@@ -150,6 +139,37 @@ joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, con
         else if (all_apart && !(least > Real<S>(0)))
             r.w[regions.on[i]] = -r.w[regions.on[i]];
     return r;
+}
+
+} // namespace detail
+
+/// Sliding vector field on the intersection of the surfaces with mode 0: the blend of the regions
+/// that meet there with which all their h stay zero.
+///
+/// Where s is not unique and the field is, the surfaces share one margin: how far the set of all s
+/// is from empty.
+///
+/// @param x   state, shape (dim,), on these surfaces
+/// @param layers  of those that are looked at from beside; null: of none
+/// @error     none; NaN where there is no such blend
+/// @cost      2^n fields and derivatives of h, n surfaces
+/// @source    chapter, (4.11)-(4.12), for each surface; Selection for several
+template <class Sys, class S>
+FILIPPOV_INLINE JointSliding<Sys, S>
+joint_sliding(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t, const State<Sys, S>& x,
+              const Params<Sys, S>& p, const Layers<Sys, Real<S>>* layers = nullptr) {
+    if (layers == nullptr)
+        return detail::joint_sliding_at(sys, mode, t, x, p, layers);
+    return held_in(
+        *layers,
+        [&](const auto& widths) { return detail::joint_sliding_at(sys, mode, t, x, p, &widths); },
+        [&](const JointSliding<Sys, S>& slide) {
+            for (int j = 0; j < surfaces_v<Sys>; ++j)
+                if (mode[j] == 0 && layers->has(j) &&
+                    !(slide.below[j] > S(0) && slide.above[j] > S(0)))
+                    return false;
+            return true;
+        });
 }
 
 /// The slide of a mode, if its s is not unique.

@@ -4,8 +4,11 @@
 
 #include <filippov/system/surface.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
+#include <type_traits>
 
 namespace filippov {
 
@@ -23,6 +26,16 @@ template <class Sys, class R> struct Layers {
     std::array<bool, std::size_t(surfaces_v<Sys>)>
         kept{}; ///< of others: near, their h stays what it is
 
+    Vec<R, surfaces_v<Sys>> least = Vec<R, surfaces_v<Sys>>::Zero(); ///< width above rounding of h
+
+    /// Layers of a part of these widths.
+    Layers part(const R& share) const {
+        Layers nearer = *this;
+        for (int j = 0; j < surfaces_v<Sys>; ++j)
+            if (has(j))
+                nearer.width[j] = std::min(width[j], std::max(share * width[j], least[j]));
+        return nearer;
+    }
     /// True of a surface that is looked at from beside.
     bool has(int j) const { return width[j] > R(0); }
     bool any() const {
@@ -45,6 +58,33 @@ FILIPPOV_COLD S layer_width(const Sys& sys, int j, const S& t, const State<Sys, 
                             const Params<Sys, S>& p, const State<Sys, S>& lengths) {
     return std::max(S(0.1) * change_over(sys, j, t, x, p, lengths),
                     S(64) * rounding_band(sys, j, t, x, p));
+}
+
+/// A slide within layers. How far it is from its ends is what it is at their widths. But its field
+/// is that of the nearest layers that still hold the solution, where what holds it balances: other
+/// components may depend on h by laws of their own. (At rest these are as near as numbers go. So
+/// near derivatives are no numbers: those are taken at the widths.)
+/// @param slide  (layers): the slide by fields at these widths
+/// @param holds  (slide): true if the solution stays within
+template <class Sys, class R, class Slide, class Holds>
+FILIPPOV_COLD auto held_in(const Layers<Sys, R>& layers, const Slide& slide, const Holds& holds) {
+    auto r = slide(layers);
+    if constexpr (!std::floating_point<std::remove_cvref_t<decltype(r.f[0])>>)
+        return r;
+    R far(0), near = R(0.8) * std::log(std::numeric_limits<R>::min()); // logarithms of shares
+    for (int k = 0; k < 40; ++k) {
+        const R middle = k == 0 ? near : (far + near) / R(2);
+        const auto nearer = slide(layers.part(std::exp(middle)));
+        if (!holds(nearer)) {
+            near = middle;
+            continue;
+        }
+        r.f = nearer.f;
+        far = middle;
+        if (k == 0)
+            break;
+    }
+    return r;
 }
 
 /// x, which lies on the surfaces `on`, moved to h_j = side_j width_j of each, by the smallest

@@ -96,8 +96,10 @@ root_laws(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const SurfaceSet<su
     RootLaws<Sys, S> laws;
     laws.layers.lengths = lengths;
     for (const int j : on)
-        if (wanted(j))
+        if (wanted(j)) {
             laws.layers.width[j] = layer_width(sys, j, t, x, p, lengths);
+            laws.layers.least[j] = rounding_band(sys, j, t, x, p) / S(2);
+        }
     const Vec<S, surfaces_v<Sys>> h = switching(sys, t, x, p);
     for (int k = 0; k < surfaces_v<Sys>; ++k)
         laws.layers.kept[std::size_t(k)] =

@@ -116,11 +116,11 @@ FILIPPOV_INLINE Sliding<Sys, S> sliding(const Sys& sys, const Mode<surfaces_v<Sy
 /// nowhere s is at an end all the time, but for rounding.
 template <class R> inline constexpr R layer_slack = R(1024) * epsilon<R>;
 
-/// The same where the surface is looked at from beside.
+/// The same by the fields at the width of a layer.
 template <class Sys, class S>
-FILIPPOV_COLD Sliding<Sys, S> sliding_in_layer(const Sys& sys, Mode<1> mode, const S& t,
-                                               const State<Sys, S>& x, const Params<Sys, S>& p,
-                                               const Layers<Sys, Real<S>>& layers) {
+FILIPPOV_COLD Sliding<Sys, S> sliding_beside(const Sys& sys, Mode<1> mode, const S& t,
+                                             const State<Sys, S>& x, const Params<Sys, S>& p,
+                                             const Layers<Sys, Real<S>>& layers) {
     const auto side = [&](int sign, State<Sys, S>& f) {
         mode.set(0, sign);
         const State<Sys, S> y = beside(sys, layers, mode, slid_surfaces(Mode<1>{}), t, x, p);
@@ -137,6 +137,15 @@ FILIPPOV_COLD Sliding<Sys, S> sliding_in_layer(const Sys& sys, Mode<1> mode, con
     r.below = share2 + share2 + slack;
     r.above = share1 + share1 + slack;
     return r;
+}
+/// The same where the surface is looked at from beside.
+template <class Sys, class S>
+FILIPPOV_COLD Sliding<Sys, S> sliding_in_layer(const Sys& sys, const Mode<1>& mode, const S& t,
+                                               const State<Sys, S>& x, const Params<Sys, S>& p,
+                                               const Layers<Sys, Real<S>>& layers) {
+    return held_in(
+        layers, [&](const auto& widths) { return sliding_beside(sys, mode, t, x, p, widths); },
+        [](const Sliding<Sys, S>& slide) { return slide.below > S(0) && slide.above > S(0); });
 }
 
 /// How far a slide is from its ends, without cancellation at either. A contact ends above alone,
