@@ -148,6 +148,11 @@ FILIPPOV_COLD Verdict<surfaces_v<Sys>> admissible_beside(const RootLaws<Sys, S>&
     v.mode = mode;
     v.below = {below, below != 0 ? 1 : 0, true};
     v.above = {above, above != 0 ? 1 : 0, true};
+    v.below.finite = laws.below[i].rate * S(0) == S(0);
+    v.above.finite = laws.above[i].rate * S(0) == S(0);
+    v.finite = v.below.finite && v.above.finite;
+    if (!v.finite)
+        return v;
     const auto option = [&](int side) {
         Mode<surfaces_v<Sys>> one = mode;
         one.set(j, side);
