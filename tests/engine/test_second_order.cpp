@@ -80,6 +80,27 @@ struct SlidingVariable {
     }
 };
 
+/// Super-twisting as typed formulas have it: each side's root ends at the surface, and is no number
+/// beyond. The gains may be so large that it comes to h = h' = 0 from one side, without turns.
+struct Typed {
+    static constexpr int dim = 2;
+    static constexpr std::array<std::string_view, 2> params{"k", "scale"};
+    template <class S> using X = Vec<S, 2>;
+
+    template <class S> X<S> side(const S& sign, const S& t, const X<S>& x, const X<S>& p) const {
+        using std::sin;
+        using std::sqrt;
+        return {S(-p[0] * sqrt(S(sign * x[0])) * sign + x[1] + S(0.5) * S(sin(t))), S(-sign)};
+    }
+    template <Scalar S> X<S> f1(const S& t, const X<S>& x, const X<S>& p) const {
+        return side(S(-1), t, x, p);
+    }
+    template <Scalar S> X<S> f2(const S& t, const X<S>& x, const X<S>& p) const {
+        return side(S(1), t, x, p);
+    }
+    template <Scalar S> S h(const S&, const X<S>& x, const X<S>& p) const { return p[1] * x[0]; }
+};
+
 /// Super-twisting that follows sin t: h = x - sin t, a surface that moves.
 struct Tracker {
     static constexpr int dim = 2;
@@ -311,6 +332,21 @@ TEMPLATE_TEST_CASE("second order: a sliding variable of several components", "[s
         CHECK(r.result.x[2] == Approx(-p[1] * std::cos(8)).epsilon(0).margin(1e-12));
         CHECK(r.events.back().s == Approx(-p[1] * std::sin(8) / 1.1).epsilon(0).margin(1e-8));
     }
+}
+
+TEMPLATE_TEST_CASE("second order: roots that are no number beyond the surface", "[second_order]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    for (const double k : {1.2, 1.5, 2.0, 3.5, 5.0}) // from 2 sqrt 2 on there need be no turns
+        for (const double scale : scales) {
+            CAPTURE(k, scale);
+            const auto r = run<TestType>(Typed{}, Vec<double, 2>(k, scale), Vec<double, 2>(2, 0),
+                                         0.0, 30, tolerance<2>(1e-8));
+            REQUIRE(r.result.status == Status::ok);
+            CHECK(r.result.mode.holds_rate(0));
+            CHECK(std::abs(r.result.x[0]) < 1e-20);
+            CHECK(r.result.x[1] == Approx(-0.5 * std::sin(30.)).epsilon(1e-12));
+            CHECK(r.events.back().s == Approx(0.5 * std::cos(30.)).epsilon(1e-11));
+        }
 }
 
 TEMPLATE_TEST_CASE("second order: a surface that moves is followed", "[second_order]",

@@ -242,6 +242,11 @@ private:
             segment_.set_state(
                 beside(sys_, roots.beyond, v.mode, on, segment_.clock().local, segment_.x(), p_));
         segment_.look_from_beside(roots.layers);
+        if constexpr (slides_twice_v<Sys>)
+            if (const S t = segment_.clock().local;
+                v.mode[j] != 0 && switching(sys_, t, segment_.x(), p_)[j] * S(v.mode[j]) < S(0) &&
+                !all_finite<S, N>(side_field(sys_, v.mode, t, segment_.x(), p_)))
+                segment_.set_state(judged_at(j)); // a field may end at the surface
         segment_.enter(v.mode);
         for (const int k : on) {
             const auto i = std::size_t(k);
@@ -310,6 +315,18 @@ private:
             held.set(k, 0);
         return independent(sys_, Constraints<Sys>(sys_, held), segment_.clock().local, segment_.x(),
                            p_, segment_.scale());
+    }
+    /// The point that is judged. Beside the surface the fields may differ by the root of rounding,
+    /// or end: it is on the surface to the last bit, if that is no farther than a thousandth of the
+    /// tolerance.
+    X judged_at([[maybe_unused]] int j) const {
+        const X& x = segment_.x();
+        if constexpr (slides_twice_v<Sys>) {
+            const X exact = filippov::detail::exact_point(sys_, j, segment_.clock().local, x, p_).x;
+            if (is_near(x, exact, X(S(1e-3) * segment_.scale())))
+                return exact;
+        }
+        return x;
     }
     /// Where a slide of second order on surface j ended: to one side, by s, or else h' cannot be
     /// held any longer.
@@ -405,8 +422,9 @@ private:
             arrival.below_tangent = guard != Guard<M>::above(j);
             arrival.above_tangent = guard != Guard<M>::below(j);
         }
+        const X x = judged_at(j);
         const auto judged = [&] {
-            return admissible(sys_, before, j, segment_.clock().local, segment_.x(), p_, arrival,
+            return admissible(sys_, before, j, segment_.clock().local, x, p_, arrival,
                               settings_.on_nonunique);
         };
         const auto undecided = [](const Verdict<M>& v) {
@@ -593,7 +611,7 @@ private:
         }
         if (const Status status = crossed_sections(); status != Status::ok || ends_here())
             return status;
-        return watch_for_limit(j);
+        return watch_for_limit(j, !thrown_ && before[j] != 0 && before == segment_.mode());
     }
 
     /// True if what was touched from outside, or passed in a step that saw no zero, is a surface at
@@ -612,7 +630,20 @@ private:
         const int j = stop.guard / 3;
         if (stop.left_behind)
             return leave_behind(before, j);
-        return stop.jumped ? pass_jump_of_h(before, j, -before[j]) : meet(before, stop.guard);
+        return stop.jumped && !is_at_edge(before, j) ? pass_jump_of_h(before, j, -before[j])
+                                                     : meet(before, stop.guard);
+    }
+    /// True if the state is on surface j, for all that h seems to have jumped, and the field beyond
+    /// ends there: no step is long enough to see h = 0.
+    bool is_at_edge(const Mode<M>& before, int j) const {
+        if constexpr (slides_twice_v<Sys>) {
+            Mode<M> beyond = before;
+            beyond.set(j, -before[j]);
+            const X& x = segment_.x();
+            return before[j] != 0 && judged_at(j) != x &&
+                   !all_finite<S, N>(side_field(sys_, beyond, segment_.clock().local, x, p_));
+        }
+        return false;
     }
     Status meet(const Mode<M>& before, int guard) {
         const SurfaceSet<M> on = surfaces_met(before, guard);
@@ -722,17 +753,23 @@ private:
 
     /// Where events follow each other ever faster, goes on from their limit if there the solution
     /// is held by all their surfaces.
-    Status watch_for_limit(int j) {
+    /// @param came_back  to a surface, and leaves it on the side that it came from: what that means
+    ///                   beside a slide of second order no step can tell
+    Status watch_for_limit(int j, [[maybe_unused]] bool came_back) {
         if (!thrown_)
             recent_.add(segment_.clock(), j, segment_.x(), segment_.mode(), false);
         if (const S gap = recent_.gap(); gap > S(0))
             segment_.expect_event_after(gap);
+        if constexpr (slides_twice_v<Sys>)
+            if (came_back)
+                if (const auto rest = rest_after_low_turn())
+                    return leap(*rest);
         if (!recent_.hurry())
             return Status::ok;
         auto rest = rest_ahead(false);
         if constexpr (slides_twice_v<Sys>)
             if (rest ? !rest->holds : n_same_ > 4)
-                if (const auto low = rest_below_tolerance())
+                if (const auto low = rest_after_low_turn())
                     rest = low;
         if (!rest || rest->held == segment_.mode()) // the last of them has ended there already
             return Status::ok;
@@ -796,30 +833,15 @@ private:
         const bool unresolved = limit->after <= S(64) * ulp(segment_.clock().local);
         return rest.holds || unresolved ? std::optional(rest) : std::nullopt;
     }
-    /// Where a slide of second order begins after a last turn about h = h' = 0 that is lower than
-    /// the tolerance: no step resolves those after it.
-    FILIPPOV_COLD std::optional<Rest> rest_below_tolerance() {
-        using std::abs;
-        const S t = segment_.clock().local, forward = S(segment_.direction());
-        const X& x = segment_.x();
-        const Sides<Sys, S> b = second_order_sides(sys_, 0, t, x, p_);
-        const S rate = forward * rate_on_surface(sys_, 0, t, x, p_);
-        const S bend = rate > S(0) ? S(-b.l2) : b.l1, turn = forward * abs(rate) / bend;
-        const S allowed = change_over(sys_, 0, t, x, p_, segment_.scale());
-        if (!(bend > S(0)) || !(rate * rate <= S(0.2) * bend * allowed) || !segment_.reaches(turn))
+    /// Where a last turn about a slide of second order ends, if it is lower than the tolerance.
+    FILIPPOV_COLD std::optional<Rest> rest_after_low_turn() const {
+        const auto turn = segment_.low_turn();
+        if (!turn)
             return std::nullopt;
-        Rest rest;
-        rest.after = turn;
+        Rest rest{.after = turn->after, .x = turn->x};
         rest.on.add(0);
         rest.held.hold_rate(0);
-        const X ahead = x + turn * (rate > S(0) ? b.f2 : b.f1);
-        const Constraints<Sys> holding(sys_, rest.held);
-        rest.x = project(sys_, holding, S(t + turn), ahead, p_, segment_.scale());
-        const bool held = near(rest.x, ahead, b.f1, false) &&
-                          independent(sys_, holding, S(t + turn), rest.x, p_, segment_.scale()) &&
-                          may_slide_to_second_order(sys_, 0, S(t + turn), rest.x, p_,
-                                                    S(forward * segment_.longer_time_scale()));
-        return held ? std::optional(rest) : std::nullopt;
+        return rest;
     }
     /// The rest where bounces on surface j are lost, if the others here go on as they do without
     /// it.

@@ -21,6 +21,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 namespace filippov {
@@ -210,6 +211,42 @@ public:
         StraightPath<S, N> path(dt, place_.x, x);
         accept(path);
         have_k0_ = false;
+    }
+
+    /// Where the last turn about a slide of second order ends.
+    struct Turn {
+        S after{}; ///< time from now
+        X x{};
+    };
+    /// The rest of a turn that is lower than the tolerance: h is zero but for that, and h' takes it
+    /// no higher before it vanishes. No step resolves such a turn, nor those after it.
+    FILIPPOV_COLD std::optional<Turn> low_turn() const {
+        if constexpr (slides_twice_v<Sys>) {
+            const S t = place_.clock.local;
+            const X& x = place_.x;
+            const S allowed = change_over(place_.sys, 0, t, x, place_.p, place_.scale);
+            if (!(abs_(switching(place_.sys, t, x, place_.p)[0]) <= allowed))
+                return std::nullopt;
+            const Sides<Sys, S> b = second_order_sides(place_.sys, 0, t, x, place_.p);
+            const S rate = forward() * rate_on_surface(place_.sys, 0, t, x, place_.p);
+            const S bend = rate > S(0) ? S(-b.l2) : b.l1;
+            if (!(bend > S(0)) || !(rate * rate <= S(0.2) * bend * allowed))
+                return std::nullopt;
+            Mode<M> twice;
+            twice.hold_rate(0);
+            const Constraints<Sys> holding(place_.sys, twice);
+            Turn turn{.after = forward() * abs_(rate) / bend, .x = x};
+            const S later = t + turn.after, tau = forward() * longer_time_scale();
+            const X ahead = x + turn.after * (rate > S(0) ? b.f2 : b.f1);
+            turn.x = project(place_.sys, holding, later, ahead, place_.p, place_.scale);
+            turn.x = detail::exact_point(place_.sys, 0, later, turn.x, place_.p).x;
+            if (reaches(turn.after) && is_near(ahead, turn.x, X(S(10) * place_.scale)) &&
+                independent(place_.sys, holding, later, turn.x, place_.p, place_.scale) &&
+                may_slide_to_second_order(place_.sys, 0, later, turn.x, place_.p, tau) &&
+                keeps_second_order(place_.sys, 0, later, turn.x, place_.p, tau))
+                return turn;
+        }
+        return std::nullopt;
     }
 
 private:
@@ -662,6 +699,12 @@ private:
     }
     /// Steps have shrunk to nothing: an event at the edge of where the field is, or the end.
     FILIPPOV_COLD Stop too_small(bool bad_stage) {
+        if (place_.mode.sliding() == 0 && !prescribed_)
+            if (const auto turn = low_turn()) {
+                leap(turn->after, turn->x);
+                watch_.go_on_with_sections();
+                return {.guard = Guard<M>::below(0)};
+            }
         if (!bad_stage)
             return place_.mode.sliding() > 0 ? end_of_short_slide() : Stop{fail_small(false)};
         Stop stop = contact_at_edge();

@@ -355,26 +355,6 @@ template <int M> Starts<M> starts_at(const Verdict<M>& v, const Mode<M>& mode, i
 
 } // namespace detail
 
-namespace detail {
-
-/// The point of the surface that is judged: h_j is zero there to the last bit, if it can be.
-/// (Beside it both sides may differ by the root of rounding.)
-template <class Sys, class S>
-State<Sys, S> judged_at(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
-                        const Params<Sys, S>& p) {
-    if constexpr (slides_twice_v<Sys> && std::floating_point<S>) {
-        const State<Sys, S> exact = exact_point(sys, j, t, x, p).x;
-        for (int i = 0; i < dim_v<Sys>; ++i)
-            if (!(std::abs(exact[i] - x[i]) <= S(4) * ulp(x[i])))
-                return x;
-        return exact;
-    } else {
-        return x;
-    }
-}
-
-} // namespace detail
-
 /// Admissible modes at a point of h_j = 0 (the other surfaces as in `mode`).
 ///
 /// A mode is admissible if its own field keeps it. With the departures (below, above) of the two
@@ -382,6 +362,9 @@ State<Sys, S> judged_at(const Sys& sys, int j, const S& t, const State<Sys, S>& 
 ///
 ///   (-, -)  leaves into h < 0          (+, +)  leaves into h > 0
 ///   (+, -)  slides (attracting)        (-, +)  all three: repulsive, not unique
+///
+/// and at a point where both sides agree on h' = 0, and h'' has opposite signs, it slides to second
+/// order if nothing leads away from there.
 ///
 /// At the boundary of the sliding region one first derivative vanishes and the next one decides; it
 /// is then also the derivative of s along the sliding field, so that exactly one of "slide" and
@@ -395,10 +378,9 @@ State<Sys, S> judged_at(const Sys& sys, int j, const S& t, const State<Sys, S>& 
 /// @source design of (4.9), (4.10) with both signs required; Filippov (1988), section 10
 template <class Sys, class S>
 Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
-                                    const State<Sys, S>& met, const Params<Sys, S>& p,
+                                    const State<Sys, S>& x, const Params<Sys, S>& p,
                                     const Arrival<S>& arrival, NonUnique policy) {
     using std::abs;
-    const State<Sys, S> x = detail::judged_at(sys, j, t, met, p);
     const Sides<Sys, S> b = both_sides(sys, mode, j, t, x, p);
     const S band = contact_band(rounding_band(sys, j, t, x, p), b, arrival.tau);
     Verdict<surfaces_v<Sys>> v;
@@ -436,6 +418,17 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
         };
         return rests(field, t, S(forward * arrival.tau), x, side < 0 ? b.f2 : b.f1);
     };
+    // To second order it can slide only where both sides agree on h': that shows, or derivatives do
+    // not decide, or h is not zero to the last bit, and a root of it hides the rest.
+    const auto holds_rate = [&] {
+        if constexpr (slides_twice_v<Sys>) {
+            const bool agree = abs(b.l1 - b.l2) <= S(1e-6) * abs(b.l1 + b.l2);
+            return (agree || v.below.order != 1 || v.above.order != 1 ||
+                    switching(sys, t, x, p)[j] != S(0)) &&
+                   slides_to_second_order(sys, j, t, x, p, S(forward * arrival.tau), band);
+        }
+        return false;
+    };
     const auto option = [&](int side) {
         mode.set(j, side);
         v.add(mode, detail::starts_at(v, mode, j), policy);
@@ -446,8 +439,7 @@ Verdict<surfaces_v<Sys>> admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, 
     } else if (at_rest(-1, v.below) && at_rest(+1, v.above)) {
         v.unique = true;
         option(side_before < 0 ? -1 : +1);
-    } else if ((v.below.order != 1 || v.above.order != 1 || switching(sys, t, x, p)[j] != S(0)) &&
-               slides_to_second_order(sys, j, t, x, p, S(forward * arrival.tau), band)) {
+    } else if (holds_rate()) {
         v.unique = true;
         mode.hold_rate(j);
         v.add(mode, {}, policy);

@@ -112,10 +112,10 @@ template <class Sys, class S>
 bool slides_to_second_order(const Sys& sys, int j, const S& t, const State<Sys, S>& x,
                             const Params<Sys, S>& p, const S& tau, const S& band) {
     using std::abs;
-    if constexpr (slides_twice_v<Sys> && std::floating_point<S>) {
+    if constexpr (slides_twice_v<Sys>) {
         const Sides<Sys, S> b = second_order_sides(sys, j, t, x, p);
         const S bend = std::min(b.l1, S(-b.l2)), rate = abs(rate_on_surface(sys, j, t, x, p));
-        const bool at_rest = rate * rate <= S(2) * bend * band || rate <= S(64) * ulp(t) * bend ||
+        const bool at_rest = rate * rate <= S(2) * bend * band || rate <= S(1e4) * ulp(t) * bend ||
                              rate <= rate_rounding(sys, j, t, x, p, b.f1);
         return at_rest && may_slide_to_second_order(sys, j, t, x, p, tau) &&
                keeps_second_order(sys, j, t, x, p, tau);
