@@ -135,9 +135,30 @@ private:
         const X there = project(sys_, hold, t, segment_.x(), p_, segment_.scale());
         if (is_near(segment_.x(), there, segment_.scale()))
             segment_.set_state(there);
-        if (hold.size() < on.size() && !lies_on(sys_, on, t, segment_.x(), p_, segment_.scale()))
-            return segment_.fail(Status::dependent_surfaces, "grad h", on.surface(on.size() - 1));
+        if (hold.size() < on.size()) {
+            const int last = on.surface(on.size() - 1);
+            if (one_is_given_twice(on))
+                return segment_.fail(
+                    Status::dependent_surfaces,
+                    "two of these surfaces are the same: let one switch both terms", last);
+            if (!lies_on(sys_, on, t, segment_.x(), p_, segment_.scale()))
+                return segment_.fail(Status::dependent_surfaces, "grad h", last);
+        }
         return Status::ok;
+    }
+    /// True if two of these surfaces that switch a field are the same, here and around: what each
+    /// of them does alone no solution says.
+    FILIPPOV_COLD bool one_is_given_twice(const Constraints<Sys>& on) const {
+        const auto switches = [&](int i) {
+            return is_kind(sys_, on.surface(i), SurfaceKind::switching);
+        };
+        for (int i = 0; i < on.size(); ++i)
+            for (int k = 0; k < i; ++k)
+                if (switches(i) && switches(k) &&
+                    is_same_surface(sys_, on.surface(i), on.surface(k), segment_.clock().local,
+                                    segment_.x(), p_))
+                    return true;
+        return false;
     }
 
     /// Starts where a guard was met in a mode that the caller names: on its surface, and on those

@@ -527,6 +527,28 @@ independent_part(const Sys& sys, const Constraints<Sys>& on, const S& t, const S
     return part;
 }
 
+/// True if h_b is h_a times a constant at points around (t, x), at which both are zero.
+template <class Sys, class S>
+FILIPPOV_COLD bool is_same_surface(const Sys& sys, int a, int b, const S& t, const State<Sys, S>& x,
+                                   const Params<Sys, S>& p) {
+    using std::abs;
+    S factor(0);
+    for (int i = 0; i <= dim_v<Sys>; ++i)
+        for (const double step : {1e-3, -0.7, 2.1}) {
+            State<Sys, S> y = x;
+            S time = t;
+            S& moved = i < dim_v<Sys> ? y[i] : time;
+            moved += S(step) * std::max(S(1), S(abs(moved)));
+            const auto h = switching(sys, time, y, p);
+            const S rounding = rounding_band(sys, b, time, y, p);
+            if (factor == S(0) && abs(h[a]) > S(0))
+                factor = h[b] / h[a];
+            if (!(abs(h[b] - factor * h[a]) <= S(1e-9) * abs(h[b]) + S(64) * rounding))
+                return false;
+        }
+    return factor != S(0);
+}
+
 /// True if x, which lies on as many constraints as are independent, lies on all: to rounding, or to
 /// a thousandth of the tolerance, by which what is met at one point may differ.
 template <class Sys, class S, class R>

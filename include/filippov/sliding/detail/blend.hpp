@@ -183,22 +183,16 @@ template <std::floating_point R, int M> Vec<R, M> shares_of_many(const NormalFie
 }
 
 /// True if s_i = -1 (`end` 0) or 1 (1) keeps h_i whatever the other shares: the fields of that end
-/// are tangent to surface i.
+/// are tangent to surface i, and those of the other are not.
 template <class S, int M> bool tangent_at_end(const NormalField<S, M>& w, int i, unsigned end) {
-    using R = Real<S>;
-    R largest(0);
-    for (unsigned v = 0; v < w.regions(); ++v)
-        largest = std::max(largest, R(std::abs(value_of(w(v, i)))));
-    for (unsigned v = 0; v < w.regions(); ++v)
-        if ((v >> i & 1u) == end) {
-            if constexpr (std::floating_point<S>) {
-                if (!(std::abs(w(v, i)) <= R(2) * epsilon<R> * largest))
-                    return false;
-            } else if (!is_nil(w(v, i))) {
-                return false;
-            }
-        }
-    return largest > R(0);
+    bool other = false;
+    for (unsigned v = 0; v < w.regions(); ++v) {
+        const bool nil = is_nil(w(v, i));
+        if ((v >> i & 1u) == end && !nil)
+            return false;
+        other = other || !nil;
+    }
+    return other;
 }
 
 template <class S, int M> Blend<S, M> multilinear_blend(const NormalField<S, M>& w);
