@@ -6,6 +6,8 @@
 
 namespace filippov {
 
+template <std::floating_point R, int M> R attraction(const NormalField<R, M>& w);
+
 namespace detail {
 
 /// How surely every solution of z' = w(sign z) in the plane reaches 0: positive if they do, exact.
@@ -161,19 +163,49 @@ template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalFie
     return best;
 }
 
+/// How surely solutions reach one surface after another: all regions lead towards some surface, and
+/// from then on, along it, to the others.
+template <std::floating_point R, int M>
+FILIPPOV_COLD R attraction_by_stages(const NormalField<R, M>& w) {
+    R best(-1);
+    for (int i = 0; i < w.n; ++i) {
+        NormalField<R, M> rest;
+        rest.n = w.n - 1;
+        R size(0), least(1);
+        for (unsigned v = 0; v < w.regions(); ++v)
+            size = std::max(size, std::abs(w(v, i)));
+        for (unsigned v = 0; v < rest.regions(); ++v) {
+            const unsigned low = with_end(v, i, 0), high = with_end(v, i, 1);
+            const R l = w(low, i), r = w(high, i);
+            least = std::min(least, std::min(l, -r) / size);
+            for (int k = 0; k < rest.n; ++k) {
+                const int of = k < i ? k : k + 1;
+                rest.normal[v][k] = (l * w(high, of) - r * w(low, of)) / (l - r);
+            }
+        }
+        if (!(least > R(0)))
+            continue;
+        if (const R then = attraction(rest); then > R(0))
+            best = std::max(best, std::min(least, then));
+    }
+    return best;
+}
+
 } // namespace detail
 
 /// How surely solutions near an intersection reach it: positive if that is shown of
 /// z' = w(sign z), the normal components taken as constant in each region.
 ///
-/// On one surface and on two this decides. On three and more it is one of two sufficient tests:
-/// all regions lead towards all surfaces, or a piecewise linear Lyapunov function falls.
+/// On one surface and on two this decides. On three and more it is one of three sufficient tests:
+/// all regions lead towards all surfaces, or a piecewise linear Lyapunov function falls, or the
+/// surfaces are reached one after another.
 template <std::floating_point R, int M> FILIPPOV_NOINLINE R attraction(const NormalField<R, M>& w) {
     if (w.n == 1)
         return std::min(w(0, 0), -w(1, 0)) / std::max(std::abs(w(0, 0)), std::abs(w(1, 0)));
     if (w.n == 2)
         return detail::attraction_in_plane(w);
-    return std::max(detail::attraction_from_all(w), detail::attraction_by_lyapunov(w));
+    const R least = std::max(detail::attraction_from_all(w), detail::attraction_by_lyapunov(w));
+    return least > R(0) ? least : std::max(least, detail::attraction_by_stages(w));
 }
 template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w) {
     return attraction(w) > R(0);

@@ -201,18 +201,16 @@ template <class S, int M> Blend<S, M> multilinear_blend(const NormalField<S, M>&
 /// loses half its digits as what pushes to the limit vanishes.)
 template <class S, int M>
 FILIPPOV_COLD Blend<S, M> blend_at_end(const NormalField<S, M>& w, int i, unsigned end) {
-    const unsigned low = (1u << i) - 1;
-    const auto with_end = [&](unsigned v) { return (v & low) | end << i | (v & ~low) << 1; };
     NormalField<S, M> others;
     others.n = w.n - 1;
     for (unsigned v = 0; v < others.regions(); ++v)
         for (int k = 0; k < others.n; ++k)
-            others.normal[v][k] = w(with_end(v), k < i ? k : k + 1);
+            others.normal[v][k] = w(with_end(v, i, end), k < i ? k : k + 1);
     const Blend<S, M> part = multilinear_blend(others);
     Blend<S, M> blend;
     blend.share.fill(S(0));
     for (unsigned v = 0; v < others.regions(); ++v)
-        blend.share[with_end(v)] = part.share[v];
+        blend.share[with_end(v, i, end)] = part.share[v];
     for (int k = 0; k < others.n; ++k) {
         blend.below[k < i ? k : k + 1] = part.below[k];
         blend.above[k < i ? k : k + 1] = part.above[k];

@@ -21,6 +21,12 @@ template <class S, int M> struct NormalField {
     const S& operator()(unsigned v, int i) const { return normal[v][i]; }
 };
 
+/// The region that is `others` beside the i-th surface, and at this end (0 below, 1 above) of it.
+constexpr unsigned with_end(unsigned others, int i, unsigned end) {
+    const unsigned low = (1u << i) - 1;
+    return (others & low) | end << i | (others & ~low) << 1;
+}
+
 /// The regions around an intersection, their fields and what these do to its surfaces.
 template <class Sys, class S> struct Regions {
     static constexpr int M = surfaces_v<Sys>;
