@@ -55,6 +55,20 @@ struct TwoTanks {
     }
 };
 
+/// A tank that empties into a second one, and a third beside them.
+struct ThreeTanks {
+    static constexpr int dim = 3, surfaces = 3;
+    template <Scalar S>
+    Vec<S, 3> field(const S&, const Vec<S, 3>&, const Vec<S, 3>& s, const Vec<S, 0>&) const {
+        const S first = (S(1) + s[0]) * S(0.5), net = first - S(0.5), floor = positive(net);
+        return {-first, S(0.5) * (net + floor) + s[1] * S(0.5) * (net - floor),
+                S(-0.1) * (S(1) + s[2])};
+    }
+    template <Scalar S> Vec<S, 3> h(const S&, const Vec<S, 3>& x, const Vec<S, 0>&) const {
+        return x;
+    }
+};
+
 /// Two tanks between empty and full, with tides of their own; the first runs over into the second,
 /// the second into a third that takes all.
 struct Tides {
@@ -101,6 +115,23 @@ struct Tides {
             x[2] += over;
         }
         return x;
+    }
+};
+
+/// Play: what follows u = sin t when that pushes at either end of a slot of width 1.
+struct Play {
+    static constexpr int dim = 2, surfaces = 3;
+    static constexpr std::array kinds{SurfaceKind::switching, SurfaceKind::switching,
+                                      SurfaceKind::kink};
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 3>& s, const Vec<S, 0>&) const {
+        using elementary::cos;
+        const S speed(cos(t)), up = speed * (S(1) + s[2]) * S(0.5), down = speed - up;
+        return {speed, (S(1) + s[0]) * S(0.5) * up + (S(1) - s[1]) * S(0.5) * down};
+    }
+    template <Scalar S> Vec<S, 3> h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        using elementary::cos;
+        return {x[0] - x[1] - S(0.5), x[0] - x[1] + S(0.5), S(cos(t))};
     }
 };
 
@@ -195,6 +226,25 @@ TEMPLATE_TEST_CASE("staying, several: a floor that is a mode of its own", "[stay
         check(Tank<SurfaceKind::kink>{scale});
         check(Tank<SurfaceKind::switching>{scale});
     }
+}
+
+TEMPLATE_TEST_CASE("staying, several: play turns where its kink is", "[staying]", DormandPrince5,
+                   DormandPrince8, Rodas5P) {
+    const auto r = run_of<TestType>(Play{}, {0, 0}, 100);
+    INFO(r.result.message());
+    REQUIRE(r.result.status == Status::ok);
+    CHECK(std::abs(r.result.x[1] + 0.5) < 1e-7); // since sin t was -1, at 63 pi/2
+    CHECK(r.times(EventKind::enter_sliding).size() == 32);
+}
+
+TEMPLATE_TEST_CASE("staying, several: three tanks, of which one runs into another", "[staying]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    const auto r = run_of<TestType>(ThreeTanks{}, {1, 1, 0.3}, 10);
+    INFO(r.result.message());
+    REQUIRE(r.result.status == Status::ok);
+    CHECK(words(r) == "enter_sliding0 enter_sliding2 enter_sliding1 ");
+    CHECK(r.events[3].t == Approx(4).epsilon(1e-12));
+    CHECK(r.result.x.norm() < 1e-14);
 }
 
 TEMPLATE_TEST_CASE("staying, several: two tanks", "[staying]", DormandPrince5, DormandPrince8,

@@ -492,6 +492,10 @@ private:
             end.side.set(guard / 3, guard == Guard<M>::below(guard / 3) ? -1 : 1);
             return end;
         }
+        if (before.sliding() == 1) { // L1 = L2 = 0
+            end.parted = 1u << guard / 3;
+            return end;
+        }
         S least(1e-7);
         for (int j = 0; j < M; ++j) {
             if (before[j] != 0)

@@ -357,7 +357,8 @@ private:
             return false; // no such blend
         const S forward = S(arrival_.direction);
         // Where a slide ended by s_j = side the mode without it starts along the surface.
-        const bool tangent = exit.ends_on(j) && mode_[j] != 0 && exit.leads_to(mode_);
+        const bool tangent =
+            exit.ends_on(j) && mode_[j] != 0 && exit.leads_to(beside_kinks(exit.mode));
         if (!tangent && abs(slope) > noise * size)
             return sign(jumps ? slope : S(forward * slope)) == mode_[j];
         if (has_layer(j))
@@ -397,6 +398,14 @@ private:
         // it is the same on either side: one of them will do.
         return !jumps && mode_[j] == side_of(before_[j]) &&
                (is_kind(sys_, j, SurfaceKind::kink) || (size == S(0) && stays(field)));
+    }
+    /// This mode, but for the sides of kinks, which change no field: they are those of `before`.
+    Mode<M> beside_kinks(const Mode<M>& before) const {
+        Mode<M> mode = mode_;
+        for (int k = 0; k < M; ++k)
+            if (is_kind(sys_, k, SurfaceKind::kink))
+                mode.set(k, before[k]);
+        return mode;
     }
     /// True if all regions move the i-th surface alike, as where a position twists with its speed.
     bool is_moved_by_others(int i) const {
