@@ -8,6 +8,7 @@
 #include <filippov/methods/dormand_prince5.hpp>
 #include <filippov/methods/dormand_prince8.hpp>
 #include <filippov/sliding/junction.hpp>
+#include <filippov/sliding/rest.hpp>
 #include <filippov/sliding/root_law.hpp>
 
 #include <optional>
@@ -107,7 +108,25 @@ private:
                     mode.set(j, +1);
             }
         }
-        return {mode, contacts};
+        for (int j = 0; j < M; ++j)
+            if (is_directed(sys_, j))
+                mode.set(j, +1);
+        return {mode, whole_directions(contacts)};
+    }
+    /// These surfaces, but for directions of which some components are not among them.
+    SurfaceSet<M> whole_directions(const SurfaceSet<M>& on) const {
+        if constexpr (!has_directions_v<Sys>)
+            return on;
+        SurfaceSet<M> whole;
+        for (const int j : on) {
+            bool all = true;
+            if (is_directed(sys_, j))
+                for (int k = direction_begin(sys_, j); k < direction_end(sys_, j); ++k)
+                    all = all && on.contains(k);
+            if (all)
+                whole.add(j);
+        }
+        return whole;
     }
 
     /// Puts the state on surfaces that meet.
@@ -282,6 +301,9 @@ private:
             if (v.starts.above[i] > 0)
                 segment_.watch().start_root(Guard<M>::above(k), v.starts.above[i]);
         }
+        if constexpr (has_directions_v<Sys>)
+            if (const auto leaving = leaving_rest(sys_, v.mode, on); leaving.n > 0)
+                segment_.leave_rest(leaving, slide_end(before, guard));
         return Status::ok;
     }
     /// True if fields may end like a root at one of these surfaces: at a kink, at what has a layer,
@@ -543,9 +565,17 @@ private:
         } else {
             const SlideEnd<M> exit = slide_end(before, guard);
             const Arrival<S> arrival{segment_.direction(), segment_.time_scale()};
-            return admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
-                              exit, settings_.on_nonunique);
+            return judged(before, on, segment_.clock().local, segment_.x(), arrival, exit,
+                          settings_.on_nonunique);
         }
+    }
+    Verdict<M> judged(const Mode<M>& before, const SurfaceSet<M>& on, const S& t, const X& x,
+                      const Arrival<S>& arrival, const SlideEnd<M>& exit, NonUnique policy) const {
+        if constexpr (has_directions_v<Sys>)
+            for (const int j : on)
+                if (is_directed(sys_, j))
+                    return admissible_at_rest(sys_, before, on, t, x, p_, arrival, exit, policy);
+        return admissible(sys_, before, on, t, x, p_, arrival, exit, policy);
     }
     /// True if the mode has a sliding field here.
     bool slides(const Mode<M>& mode, const Layers<Sys, S>* layers) const {
@@ -564,7 +594,7 @@ private:
         for (int j = 0; j < M; ++j)
             if (j == g / 3 || before[j] == 0 || (M > 1 && met_together(j)))
                 on.add(j);
-        return on;
+        return whole_directions(on);
     }
     /// True if surface j is here but for rounding of the state and of the time, or a thousandth of
     /// the tolerance: less than that apart two events cannot be told from one.
@@ -826,7 +856,7 @@ private:
         rest.after = S(segment_.direction()) * limit->after;
         if (!segment_.reaches(rest.after))
             return std::nullopt;
-        rest.on = recent_.surfaces(limit->pattern);
+        rest.on = with_directions(recent_.surfaces(limit->pattern));
         const S t = segment_.clock().local + rest.after;
         hold_with(rest.on, t, limit->x);
         rest.held = segment_.mode();
@@ -895,6 +925,16 @@ private:
         recent_.clear();
         return crossed_sections();
     }
+    /// These surfaces, and of directions all components.
+    SurfaceSet<M> with_directions(const SurfaceSet<M>& on) const {
+        if constexpr (!has_directions_v<Sys>)
+            return on;
+        SurfaceSet<M> all;
+        for (int k = 0; k < M; ++k)
+            if (on.contains(is_directed(sys_, k) ? direction_begin(sys_, k) : k))
+                all.add(k);
+        return all;
+    }
     /// Adds the surfaces with jumps that the state is on as well: what bounces beside others.
     void hold_with(SurfaceSet<M>& on, const S& t, const X& x) const {
         using std::abs;
@@ -923,7 +963,7 @@ private:
     bool keeps_sides(const Mode<M>& held, const S& t, const X& x) const {
         const Vec<S, M> h = switching(sys_, t, x, p_);
         for (int k = 0; k < M; ++k)
-            if (held[k] != 0 && h[k] * S(held[k]) < S(0))
+            if (held[k] != 0 && !is_directed(sys_, k) && h[k] * S(held[k]) < S(0))
                 return false;
         return true;
     }
@@ -935,8 +975,7 @@ private:
             const auto v = admissible(sys_, held, 0, t, x, p_, arrival, NonUnique::stop);
             return v.unique && v.mode == held;
         } else {
-            const auto v =
-                admissible(sys_, held, on, t, x, p_, arrival, SlideEnd<M>{}, NonUnique::stop);
+            const auto v = judged(held, on, t, x, arrival, SlideEnd<M>{}, NonUnique::stop);
             return v.unique && v.mode == held;
         }
     }
@@ -960,7 +999,8 @@ private:
         if constexpr (M > 1) { // others may have jumped across the state at the same time
             const Vec<S, M> h = switching(sys_, segment_.clock().local, segment_.x(), p_);
             for (int k = 0; k < M; ++k)
-                if (k != j && !is_kind(sys_, k, SurfaceKind::jump) && h[k] * S(after[k]) < S(0))
+                if (k != j && !is_kind(sys_, k, SurfaceKind::jump) && !is_directed(sys_, k) &&
+                    h[k] * S(after[k]) < S(0))
                     after.set(k, -after[k]);
         }
         const SurfaceSet<M> on = slid_surfaces(after);
@@ -1070,6 +1110,9 @@ private:
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
         if (mode[j] != 0)
             mode.set(j, 0);
+        for (int k = 0; k < M && is_directed(sys_, j); ++k)
+            if (is_directed(sys_, k) && direction_begin(sys_, k) == direction_begin(sys_, j))
+                mode.set(k, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.
         using std::abs;

@@ -5,6 +5,7 @@
 
 #include <filippov/engine/detail/paths.hpp>
 #include <filippov/engine/detail/probed_field.hpp>
+#include <filippov/engine/detail/rest_path.hpp>
 #include <filippov/events/arguments.hpp>
 #include <filippov/events/landing.hpp>
 #include <filippov/events/lost_surface.hpp>
@@ -112,6 +113,8 @@ public:
         }
         place_.enter(mode);
         watch_.enter(!changed);
+        if constexpr (has_directions_v<Sys>)
+            leaving_.reset();
         transversality_ = widest_ = S(0);
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * place_.resolution())
             choose_first_step();
@@ -126,6 +129,23 @@ public:
             dt_ = forward() * std::min(abs_(dt_), std::max(S(2) * lasted, least_first_step()));
         const bool first_slip = slid && mode.sliding() == 0 && dt_before_slide_ == S(0);
         checks_ = first_slip || counters_.steps == 0 ? most_checks : 0;
+    }
+
+    /// The mode begins with directions at rest that it moves: the next step takes them off.
+    /// @param on    their components
+    /// @param exit  the slide that ended here, if one did
+    void leave_rest(const SurfaceSet<M>& on, const SlideEnd<M>& exit)
+        requires has_directions_v<Sys>
+    {
+        const S t = place_.clock.local;
+        leaving_.emplace(place_.sys, place_.mode, on, t, place_.x, place_.p);
+        if (!leaving_->solve(exit, time_scale()))
+            leaving_.reset();
+        if (!leaving_ || place_.mode.sliding() == 0)
+            return;
+        const auto slide = joint_sliding(leaving_->system(), place_.mode, t, place_.x, place_.p);
+        for (const int j : slid_surfaces(place_.mode))
+            watch_.start_slide(j, slide.below[j], slide.above[j], slide.w);
     }
 
     /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.
@@ -404,7 +424,7 @@ private:
     /// across it (the field may not exist beyond), else a quarter.
     FILIPPOV_COLD S shorter_than(const S& dt) const {
         for (int j = 0; j < M; ++j) {
-            if (place_.mode[j] == 0)
+            if (place_.mode[j] == 0 || is_directed(place_.sys, j))
                 continue;
             const S eta = time_to_surface(j);
             if (eta / dt > S(0) && eta / dt < S(1))
@@ -496,7 +516,7 @@ private:
         Stop stop;
         const S t = place_.clock.local;
         for (int j = 0; j < M; ++j) {
-            if (place_.mode[j] == 0)
+            if (place_.mode[j] == 0 || is_directed(place_.sys, j))
                 continue;
             const S eta = time_to_surface(j);
             if (!(forward() * eta >= S(0) && abs_(eta) <= S(8) * place_.resolution()))
@@ -715,6 +735,145 @@ private:
         return stop.guard >= 0 ? stop : Stop{fail_small(true)};
     }
 
+    // --- directions ----------------------------------------------------------------------------
+
+    /// A direction that moves, as it comes to rest.
+    struct Stopping {
+        int surface = -1;                             ///< its first component
+        S after = std::numeric_limits<S>::infinity(); ///< the time to it at the present rate
+    };
+    /// The direction that comes to rest first.
+    Stopping next_rest() const {
+        using std::sqrt;
+        Stopping first;
+        const S t = place_.clock.local;
+        const X& f = steps_.start_field();
+        const Vec<S, M> a = switching(place_.sys, t, place_.x, place_.p),
+                        rate = normal_components(place_.sys, t, place_.x, place_.p, f);
+        for (int j = 0; j < M; ++j) {
+            if (place_.mode[j] == 0 || !is_kind(place_.sys, j, SurfaceKind::direction))
+                continue;
+            S square(0), along(0), speed(0);
+            for (int k = j; k < direction_end(place_.sys, j); ++k) {
+                square += a[k] * a[k];
+                along += a[k] * rate[k];
+                speed += rate[k] * rate[k];
+            }
+            S after = -forward() * square / along;
+            if (!(after >= S(0)) && square <= speed * brief() * brief())
+                after = S(0); // it turns faster than time is resolved
+            if (after >= S(0) && after < first.after)
+                first = {j, after};
+        }
+        return first;
+    }
+    /// A time in which nothing can be resolved.
+    S brief() const { return S(16) * place_.resolution(); }
+    /// The mode in which that direction sticks.
+    Mode<M> stuck(int j) const {
+        Mode<M> mode = place_.mode;
+        for (int k = j; k < direction_end(place_.sys, j); ++k)
+            mode.set(k, 0);
+        return mode;
+    }
+    /// True if a direction is as good as at rest: what the state changes until then is known to the
+    /// tolerance, whatever way it turns, and nothing else happens in the meantime.
+    bool is_at_rest(const Stopping& stopping, X& there) const {
+        const S t = place_.clock.local, dt = forward() * stopping.after;
+        if (!reaches(dt))
+            return false;
+        const X& f = steps_.start_field();
+        const Mode<M> rest = stuck(stopping.surface);
+        there = project(place_.sys, Constraints<Sys>(place_.sys, rest), S(t + dt),
+                        X(place_.x + dt * f), place_.p, place_.scale);
+        if (!all_finite<S, N>(there))
+            return false;
+        if (stopping.after <= brief() || stopping.after <= place_.settings.fixed_step)
+            return true;
+        const X held = mode_field(place_.sys, rest, t, place_.x, place_.p);
+        return place_.norm(X(dt * (f - held))) <= S(1) &&
+               watch_.only_slide_ends(-1, S(t + dt), there);
+    }
+    /// Ends the mode where a direction comes to rest, straight, if it has as good as done so; else
+    /// the next step is to end on the way there. A direction turns ever faster as it comes to rest
+    /// and no step leads across: |a| falls in proportion.
+    FILIPPOV_COLD bool comes_to_rest(Stop& stop) {
+        if constexpr (has_directions_v<Sys>) {
+            if (!has_directions(place_.sys) || prescribed_)
+                return false;
+            const Stopping stopping = next_rest();
+            X there;
+            if (stopping.surface < 0)
+                return false;
+            if (!is_at_rest(stopping, there)) {
+                reach_ = std::min(reach_, S(0.9) * stopping.after);
+                return false;
+            }
+            leap(forward() * stopping.after, there);
+            watch_.go_on_with_sections();
+            stop.guard = Guard<M>::below(stopping.surface);
+            return true;
+        }
+        return false;
+    }
+    /// True if a direction turns too far in a step for it to be what it seems; half of it is tried.
+    FILIPPOV_COLD bool turns_too_far(const S& dt) {
+        if constexpr (has_directions_v<Sys>) {
+            if (!has_directions(place_.sys) || place_.settings.fixed_step > S(0))
+                return false;
+            for (int j = 0; j < M; ++j)
+                if (place_.mode[j] != 0 && is_kind(place_.sys, j, SurfaceKind::direction) &&
+                    watch_.turns_too_far(j)) {
+                    ++counters_.rejected;
+                    dt_ = dt / S(2);
+                    return true;
+                }
+        }
+        return false;
+    }
+    /// The step with which directions leave rest. Returns true if the mode ends in it.
+    FILIPPOV_COLD bool take_off(Stop& stop) {
+        if constexpr (has_directions_v<Sys>) {
+            const ProbeTimes<S>& times = probe_times<WindowTimes<S>, S>;
+            watch_.probe_at(times);
+            remaining_ = place_.clock.until(end_);
+            S longest = std::min(place_.settings.max_step, abs_(remaining_));
+            if (place_.settings.fixed_step > S(0))
+                longest = std::min(place_.settings.fixed_step, abs_(remaining_));
+            PathFromRest<Sys, S> path(place_, *leaving_, S(forward() * longest));
+            for (int k = 0; k < 64; ++k) {
+                path.probe(watch_, times);
+                watch_.see(times);
+                watch_.look(path, true, elapsed_);
+                Found<S> found;
+                if (watch_.any_doubt())
+                    found = first_event(path, false);
+                if (found.blurred) {
+                    path.shorten(path.dt / S(4));
+                    continue;
+                }
+                if (found.guard >= 0) {
+                    stop = land_on_first(path, found, false);
+                    if (stop.again) {
+                        path.shorten(again_);
+                        continue;
+                    }
+                    if (!stop.missed) {
+                        leaving_.reset();
+                        return true;
+                    }
+                }
+                break;
+            }
+            dt_ = path.dt;
+            accept(path);
+            watch_.go_on();
+            leaving_.reset();
+            have_k0_ = false;
+        }
+        return false;
+    }
+
     // --- steps ---------------------------------------------------------------------------------
 
     /// A step to be tried, of signed length.
@@ -784,6 +943,10 @@ private:
     }
     /// Steps of the method.
     Stop run() {
+        if constexpr (has_directions_v<Sys>)
+            if (leaving_)
+                if (Stop stop; take_off(stop))
+                    return stop;
         watch_.probe_at(steps_.times());
         const bool slides = place_.mode.sliding() > 0;
         if (!have_k0_)
@@ -800,6 +963,9 @@ private:
                 return {};
             if (const Status status = may_go_on(); status != Status::ok)
                 return {status};
+            if constexpr (has_directions_v<Sys>)
+                if (Stop stop; comes_to_rest(stop))
+                    return stop;
             const Trial<S> tried = trial(fixed);
             const S dt = tried.dt;
             if (abs_(dt_) < place_.resolution() && !(tried.last && !bad_stage))
@@ -825,6 +991,9 @@ private:
                             return stop;
                 continue;
             }
+            if constexpr (has_directions_v<Sys>)
+                if (turns_too_far(dt))
+                    continue;
             const bool unjudged = !(error > S(1e-10)); // (it is a square)
             if (!slides && checks_ > 0 && !fixed && is_lucky(path))
                 continue;
@@ -1010,6 +1179,10 @@ private:
     StepControl<MethodFacts> control_;
     Counters counters_{};
     Diagnosis<S, N, M> diagnosis_{};
+    struct Nothing {};
+    /// How directions that are at rest leave it in this mode.
+    [[no_unique_address]] std::conditional_t<
+        has_directions_v<Sys>, std::optional<LeavingRest<Sys, S>>, Nothing> leaving_{};
 };
 
 /// Where a prescribed segment ended.

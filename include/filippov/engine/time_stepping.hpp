@@ -35,6 +35,7 @@ public:
                   "magnitude of what switches (friction: s mu(|v - V|)); where both sides exist on "
                   "both sides of the surface, Blended<System> has it");
     static_assert(!has_jumps_v<Sys>, "filippov: time stepping knows no jumps of the state");
+    static_assert(!has_directions_v<Sys>, "filippov: time stepping knows no directions");
 
     BlendOf(const Sys& sys, const GivenParams<Sys, double>& params)
         : sys_(sys), p_(params.of(sys)) {}

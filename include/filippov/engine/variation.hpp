@@ -580,8 +580,8 @@ template <class S, int K> void make_singular(Dual<S, K>& x) {
 /// @param observer  of the plain run
 /// @error  as the plain run; status `step_too_small` where derivatives want far shorter steps than
 ///         the solution, which rests while its neighbours are stiff
-/// @return `singular` where a surface was met tangentially within the tolerance: derivatives are
-///         NaN
+/// @return `singular` where a surface was met tangentially within the tolerance, or a direction was
+///         at rest: derivatives are NaN
 /// @cost   one plain run, and its accepted steps once more in dual arithmetic
 template <class Tableau = DormandPrince5, class Sys, DualNumber D, class Sec = Sections<>>
 VariedResult<D, dim_v<Sys>, surfaces_v<Sys>>
@@ -629,6 +629,12 @@ flow(const Sys& sys, const GivenParams<Sys, D>& params, const Vec<D, dim_v<Sys>>
             section = event.surface;
         if (event.kind == EventKind::graze) // one neighbour meets the surface, another does not
             result.singular = true;
+        if constexpr (has_directions_v<Sys>) // a/|a| has no derivative at rest
+            for (int j = 0; j < M; ++j)
+                if (is_directed(sys, j) &&
+                    (event.mode_before[j] == 0 || event.mode_after[j] == 0 ||
+                     (event.kind != EventKind::section && (event.contacts >> j & 1u) != 0)))
+                    result.singular = true;
         if (observer.event)
             observer.event(event);
     };

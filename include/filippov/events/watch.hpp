@@ -66,6 +66,39 @@ public:
             if (goes_on && is_end_by_s(g) && value <= touch_band(g, true)) [[unlikely]]
                 start_root(g, 2);
         }
+        if constexpr (has_directions_v<Sys>) // what moves is no guard, but looked at
+            for (int j = 0; j < M; ++j)
+                if (moves_with_direction(j)) {
+                    trace(Guard<M>::below(j)).sense = S(1);
+                    trace(Guard<M>::below(j)).order = 0;
+                }
+    }
+    /// A slide on surface j begins with these margins, where the fields beside it are not those
+    /// that its mode names (a direction that leaves rest has none yet).
+    FILIPPOV_COLD void start_slide(int j, const S& below, const S& above, const S& w) {
+        for (const auto& [g, value] :
+             {std::pair{Guard<M>::below(j), below}, std::pair{Guard<M>::above(j), above},
+              std::pair{Guard<M>::transversal(j), w}})
+            trace(g).start_at(trace(g).sense * value, trace(g).order);
+    }
+    /// True if in a step the direction whose first component is surface j turns by more than a
+    /// third of half a turn: it has passed rest, or nearly.
+    FILIPPOV_COLD bool turns_too_far(int j) const {
+        using std::sqrt;
+        const int end = direction_end(at_.sys, j);
+        const Vec<S, M> a = switching(at_.sys, at_.clock.local, at_.x, at_.p);
+        for (std::size_t k = 1; k <= times_->n; ++k) {
+            S along(0), before(0), after(0);
+            for (int i = j; i < end; ++i) {
+                const S there = trace(Guard<M>::below(i)).probe[k];
+                along += a[i] * there;
+                before += a[i] * a[i];
+                after += there * there;
+            }
+            if (!(along >= S(0.5) * sqrt(before) * sqrt(after)))
+                return true;
+        }
+        return false;
     }
 
     /// Guard g starts on a root of this order: it is divided out of g in the next step.
@@ -270,7 +303,7 @@ public:
         S nearest = std::numeric_limits<S>::infinity();
         for (int j = 0; j < M; ++j) {
             const GuardTrace& w = trace(Guard<M>::below(j));
-            if (at_.mode[j] != 0 && w.watched && w.order == 0)
+            if (at_.mode[j] != 0 && w.watched && w.order == 0 && !moves_with_direction(j))
                 nearest = std::min(nearest, w.next_zero(*times_, within));
         }
         return nearest;
@@ -446,6 +479,8 @@ private:
         const Range<S> r = trace(g).range(*times_);
         return std::max(abs_(r.low), abs_(r.high));
     }
+    /// True of a component of a direction that moves.
+    bool moves_with_direction(int j) const { return at_.mode[j] != 0 && is_directed(at_.sys, j); }
     /// True of what ends a slide.
     bool of_slide(int g) const { return g < Guard<M>::first_section && at_.mode[g / 3] == 0; }
     /// True of one guard, or of two that end the same slide.
@@ -461,6 +496,11 @@ private:
             return g - Guard<M>::first_section < sections_.size();
         if (g % 3 == 2) // one for all the surfaces slid on, or for each where s stays at an end
             return any_limit_ ? limit(g / 3) != 0 : g / 3 == sliding_surface(at_.mode);
+        if constexpr (has_directions_v<Sys>)
+            if (is_directed(at_.sys,
+                            g / 3)) // 1 - |s|^2 where it sticks, and nothing where it moves
+                return at_.mode[g / 3] == 0 && g % 3 == 0 &&
+                       is_kind(at_.sys, g / 3, SurfaceKind::direction);
         return at_.mode[g / 3] == 0 || g % 3 == 0;
     }
     /// Sees on which surfaces of an intersection s is at an end.

@@ -28,15 +28,25 @@ FILIPPOV_COLD R apart(const NormalField<R, M>& w, const Blend<S, M>& blend, int 
 /// Sliding on all surfaces with mode 0.
 template <class Sys, class S> struct JointSliding {
     static constexpr int M = surfaces_v<Sys>;
-    State<Sys, S> f;        ///< F_s
-    Vec<S, M> s;            ///< of the surfaces slid on, others unspecified
-    Vec<S, M> below, above; ///< their margins, see Margin
-    bool unique_s = true;   ///< else s is the one of least norm, and one margin stands for all
+    State<Sys, S> f; ///< F_s
+    Vec<S, M> s;     ///< of the surfaces slid on, others unspecified
+    /// Their margins, see Margin. Of a direction that of its first component below is 1 - |s|^2,
+    /// and the others are 1.
+    Vec<S, M> below, above;
+    bool unique_s = true; ///< else s is the one of least norm, and one margin stands for all
     /// On one surface L1 - L2: positive where sliding attracts, negative where it repels. On more
     /// their attraction, but of a surface where s stays at an end L1 - L2, with the sign of their
     /// attraction. 1 if all are contacts: that these attract is judged where they begin.
     Vec<Real<S>, M> w;
 };
+
+/// 1 - |s|^2 of components begin to end: what is left of the unit disc.
+template <class S, int M> S disc_margin(const Vec<S, M>& s, int begin, int end) {
+    S margin(1);
+    for (int i = begin; i < end; ++i)
+        margin -= s[i] * s[i];
+    return margin;
+}
 
 namespace detail {
 
@@ -106,6 +116,14 @@ joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
         r.above[j] = jumps ? S(S(0.5) * above * regions.strength[i]) : above;
         contacts = contacts && jumps;
     }
+    if constexpr (has_directions_v<Sys>)
+        for (const int j : regions.on)
+            if (is_directed(sys, j)) {
+                r.below[j] = is_kind(sys, j, SurfaceKind::direction)
+                                 ? disc_margin(r.s, j, direction_end(sys, j))
+                                 : S(1);
+                r.above[j] = S(1);
+            }
     r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(Real<S>(1));
     if (contacts)
         return r;
@@ -129,7 +147,7 @@ joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
             r.w[regions.on[i]] = apart(plain, blend, i);
             all_apart = all_apart && r.w[regions.on[i]] > Real<S>(0);
         }
-    Real<S> least = attraction(limits ? tangent_leads_in(plain) : plain);
+    Real<S> least = attraction(sys, regions.on, limits ? tangent_leads_in(plain) : plain);
     if constexpr (has_jumps_v<Sys>)
         if (!(least > Real<S>(0)) && contacts_hold(sys, regions))
             least = Real<S>(1);

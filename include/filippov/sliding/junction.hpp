@@ -104,7 +104,13 @@ public:
             const int j = on[i];
             if (mode_[j] == 0 && !may_slide(j))
                 return false;
-            if (mode_[j] == 0) {
+            if (mode_[j] == 0 && is_directed(sys_, j) && !set_.found) {
+                if (is_kind(sys_, j, SurfaceKind::direction) &&
+                    !keeps_sliding(j, -1, margin_of_direction(blend, z, i), exit,
+                                   starts.below[std::size_t(j)]))
+                    return false;
+                ++z;
+            } else if (mode_[j] == 0) {
                 if (set_.found)
                     continue;
                 // (a contact may push as hard as it has to)
@@ -135,9 +141,12 @@ public:
                 contacts_hold(sys_,
                               regions_at(sys_, mode_, slid_surfaces(mode_), t_, x_, p_, layers_)))
                 return true;
-        return flow_.n == 0 || filippov::attracts(flow_in_time()) ||
+        const auto attracts = [&](const NormalField<S, M>& flow) {
+            return attraction(sys_, slid(), flow) > S(0);
+        };
+        return flow_.n == 0 || attracts(flow_in_time()) ||
                ((at_end_ || layers_ != nullptr || stays(field)) &&
-                filippov::attracts(detail::tangent_leads_in(flow_in_time())));
+                attracts(detail::tangent_leads_in(flow_in_time())));
     }
 
 private:
@@ -163,6 +172,23 @@ private:
     }
 
     bool has_layer(int j) const { return layers_ != nullptr && layers_->has(j); }
+
+    /// Those in contact that this mode slides on.
+    SurfaceSet<M> slid() const {
+        SurfaceSet<M> some;
+        for (const int j : regions_.on)
+            if (mode_[j] == 0)
+                some.add(j);
+        return some;
+    }
+    /// 1 - |s|^2 of the direction that begins with the i-th surface in contact, the z-th slid on.
+    S margin_of_direction(const Blend<S, M>& blend, int z, int i) const {
+        Vec<S, M> s;
+        const int n = direction_end(sys_, regions_.on[i]) - regions_.on[i];
+        for (int k = z; k < z + n; ++k)
+            s[k] = blend.below[k] - S(1);
+        return disc_margin(s, z, z + n);
+    }
 
     NormalField<S, M> flow_in_time() const {
         auto flow = flow_;
@@ -218,6 +244,8 @@ private:
         for (order = 1; order <= 2; ++order)
             if (const S c = change[std::size_t(order - 1)]; abs(c) > least)
                 return c > S(0);
+        if (is_directed(sys_, j)) // on the edge of its disc a direction sticks as within it
+            return true;
         order = 2;
         return !leads_away(sign_ahead(least, [&](const Mode<M>& mode, const S& t, const auto& x) {
             const auto m = sliding_margin(sys_, mode, j, t, x, p_, layers_);

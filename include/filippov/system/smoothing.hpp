@@ -50,6 +50,7 @@ template <class Sys> struct Smoothed {
                   "of what switches (friction: s mu(|v - V|)); where both sides exist on both "
                   "sides of the surface, Blended<System> has it");
     static_assert(!has_jumps_v<Sys>, "filippov: a jump of the state cannot be smoothed");
+    static_assert(!has_directions_v<Sys>, "filippov: a direction cannot be smoothed");
     static constexpr int dim = dim_v<Sys>;
     static constexpr int surfaces = 2 * surfaces_v<Sys>;
     static constexpr auto kinds = [] {

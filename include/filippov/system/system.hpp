@@ -73,6 +73,11 @@ enum class SurfaceKind : unsigned char {
     /// that leaves it on the surface and turns its normal speed is an impact; at rest, and pushed
     /// against the surface, the solution stays in contact (mode 0).
     jump,
+    /// The first component of a vector a(t, x). In place of the blend variables of all its
+    /// components the field has the direction a/|a|; at rest (a = 0) it may be any vector in the
+    /// unit disc, and the solution sticks for as long as one of these holds a = 0.
+    direction,
+    component, ///< a further component of the vector before it
 };
 
 /// The kinds of the surfaces: `static constexpr std::array<SurfaceKind, M> kinds`, all switching if
@@ -106,6 +111,57 @@ inline constexpr bool has_jumps_v = [] {
             return true;
     return false;
 }();
+/// True if a surface may be a component of a direction: a system that is made at run time says so
+/// by `static constexpr bool may_have_directions = true`, and by `has_directions()` if one is.
+template <class Sys>
+inline constexpr bool has_directions_v = [] {
+    if constexpr (requires { Sys::may_have_directions; })
+        return bool(Sys::may_have_directions);
+    for (const SurfaceKind kind : kinds_v<Sys>)
+        if (kind == SurfaceKind::direction)
+            return true;
+    return false;
+}();
+template <class Sys> constexpr bool has_directions([[maybe_unused]] const Sys& sys) {
+    if constexpr (requires { sys.has_directions(); })
+        return sys.has_directions();
+    else
+        return has_directions_v<Sys>;
+}
+/// True if surface j is a component of a direction.
+template <class Sys>
+constexpr bool is_directed([[maybe_unused]] const Sys& sys, [[maybe_unused]] int j) {
+    if constexpr (has_directions_v<Sys>)
+        return is_kind(sys, j, SurfaceKind::direction) || is_kind(sys, j, SurfaceKind::component);
+    else
+        return false;
+}
+/// The first component of the direction that surface j is one of,
+template <class Sys> constexpr int direction_begin(const Sys& sys, int j) {
+    while (is_kind(sys, j, SurfaceKind::component))
+        --j;
+    return j;
+}
+/// and the surface behind its last one.
+template <class Sys> constexpr int direction_end(const Sys& sys, int j) {
+    do
+        ++j;
+    while (j < surfaces_v<Sys> && is_kind(sys, j, SurfaceKind::component));
+    return j;
+}
+/// True if the kinds name whole directions, of two or three components each.
+template <class Sys>
+inline constexpr bool directions_fit_v = [] {
+    int components = 3; // as behind one that is whole
+    for (const SurfaceKind kind : kinds_v<Sys>) {
+        const bool further = kind == SurfaceKind::component;
+        if (further ? components == 0 || components == 3 : components == 1)
+            return false;
+        components = further ? components + 1 : kind == SurfaceKind::direction ? 1 : 0;
+    }
+    return components != 1;
+}();
+
 /// True of one surface at which only the field jumps: what everything in closed form is for.
 template <class Sys>
 inline constexpr bool single_v = surfaces_v<Sys> == 1 && kinds_v<Sys>[0] == SurfaceKind::switching;
@@ -127,7 +183,8 @@ template <int N, class Given> Vec<double, N> padded(const Given& given, int n, d
 
 // --- modes -------------------------------------------------------------------------------------
 
-/// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding).
+/// For each surface -1 (h < 0), +1 (h > 0) or 0 (sliding); for all components of a direction +1
+/// (moving) or 0 (sticking).
 template <int M> struct Mode {
     std::array<signed char, std::size_t(M)> side{};
     /// Bit j: the slide on surface j is of second order, which holds h_j' at zero as well.
@@ -415,6 +472,9 @@ concept LargestErrorFits =
     (HasLargestError<Sys, double> && HasLargestError<Sys, Series>) || !MeansLargestError<Sys>;
 template <class Sys>
 concept JumpFits = has_jumps_v<Sys> || !MeansJump<Sys>;
+template <class Sys>
+concept DirectionsFit = directions_fit_v<Sys> && (!has_directions_v<Sys> || HasField<Sys, double> ||
+                                                  requires { Sys::may_have_directions; });
 
 /// Refuses optional members that are there and cannot be used, one static_assert a member.
 template <class Sys> constexpr void require_optional_members() {
@@ -427,6 +487,10 @@ template <class Sys> constexpr void require_optional_members() {
     static_assert(JumpFits<Sys>,
                   "filippov: `jump` is there and no surface is of kind `jump`: name it in `static "
                   "constexpr std::array<SurfaceKind, surfaces> kinds`");
+    static_assert(DirectionsFit<Sys>,
+                  "filippov: the components of a direction are a surface of kind `direction` and "
+                  "one or two of kind `component` behind it; the field is `field(t, x, s, p)`, "
+                  "where s has the direction in place of these components");
     static_assert(PeriodFits<Sys>,
                   "filippov: `period` is there and cannot be used: expected `template <class S> S "
                   "period(const Vec<S, n_params>& p) const` returning exactly S");
@@ -536,11 +600,56 @@ FILIPPOV_INLINE State<Sys, S> blended_field(const Sys& sys, const S& t, const St
         return sys.field(t, x, s, p);
 }
 
+/// The blend variables of a mode without sliding: its sides, and the directions a/|a|; zero at
+/// rest.
+template <class Sys, class S>
+Vec<S, surfaces_v<Sys>> sides_and_directions(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
+                                             const S& t, const State<Sys, S>& x,
+                                             const Params<Sys, S>& p) {
+    using std::abs;
+    using std::sqrt;
+    constexpr int M = surfaces_v<Sys>;
+    const Vec<S, M> a = switching(sys, t, x, p);
+    Vec<S, M> s;
+    for (int j = 0; j < M; ++j)
+        s[j] = S(mode[j]);
+    for (int j = 0; j < M; ++j) {
+        if (!is_kind(sys, j, SurfaceKind::direction))
+            continue;
+        const int end = direction_end(sys, j);
+        Real<S> largest(0);
+        for (int k = j; k < end; ++k)
+            largest = std::max(largest, Real<S>(abs(value_of(a[k]))));
+        S square(0);
+        for (int k = j; k < end; ++k)
+            square += (a[k] / S(largest)) * (a[k] / S(largest));
+        for (int k = j; k < end; ++k)
+            s[k] = largest == Real<S>(0) ? S(0) : S(a[k] / S(largest) / sqrt(square));
+    }
+    if constexpr (requires { sys.set_directions(s, t); })
+        sys.set_directions(s, t);
+    return s;
+}
+/// The field with given sides and directions.
+template <class Sys, class S>
+State<Sys, S> directed_field(const Sys& sys, const S& t, const State<Sys, S>& x,
+                             const Vec<S, surfaces_v<Sys>>& s, const Params<Sys, S>& p) {
+    if constexpr (requires {
+                      { sys.directed(t, x, s, p) } -> std::same_as<State<Sys, S>>;
+                  })
+        return sys.directed(t, x, s, p);
+    else
+        return blended_field(sys, t, x, s, p);
+}
+
 /// The field of a mode without sliding, the one-sided F1 or F2 of (4.8) for one surface.
 template <class Sys, class S>
 FILIPPOV_INLINE State<Sys, S> side_field(const Sys& sys, const Mode<surfaces_v<Sys>>& mode,
                                          const S& t, const State<Sys, S>& x,
                                          const Params<Sys, S>& p) {
+    if constexpr (has_directions_v<Sys>)
+        if (has_directions(sys))
+            return directed_field(sys, t, x, sides_and_directions(sys, mode, t, x, p), p);
     if constexpr (HasOneField<Sys, S>) {
         return sys.f(t, x, p);
     } else if constexpr (HasSides<Sys, S>) {

@@ -122,19 +122,44 @@ template <std::floating_point R, int M> R definiteness(Mat<R, M, M> a, int n) {
     return least;
 }
 
-/// How surely D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix:
-/// if it is, sum d_i (|z_i| - s_i z_i), s the blend, falls along every solution. J is multilinear,
-/// so that its corners decide. Two D are tried: the inverse diagonal, and the balancing one.
-template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalField<R, M>& w) {
+/// How surely D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix.
+/// J is multilinear, so that its corners decide.
+/// @param enough  less than this is not worth an answer
+template <std::floating_point R, int M>
+R surely_falls(const NormalField<R, M>& w, const Vec<R, M>& d, const R& enough) {
     const int n = w.n;
     const auto slope = [&](unsigned v, int i, int k) {
         return (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2);
     };
+    R least(1);
+    Mat<R, M, M> last = Mat<R, M, M>::Zero();
+    for (unsigned v = 0; v < w.regions() && least > enough; ++v) {
+        Mat<R, M, M> a = Mat<R, M, M>::Zero();
+        for (int i = 0; i < n; ++i)
+            for (int k = i; k < n; ++k)
+                a(i, k) = a(k, i) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
+        if (a == last) // as where L is affine in s
+            continue;
+        last = a;
+        least = std::min(least, definiteness(a, n));
+    }
+    return least;
+}
+/// dL/ds in the middle of the cube.
+template <std::floating_point R, int M> Mat<R, M, M> mean_slope(const NormalField<R, M>& w) {
     Mat<R, M, M> mean = Mat<R, M, M>::Zero();
     for (unsigned v = 0; v < w.regions(); ++v)
-        for (int i = 0; i < n; ++i)
-            for (int k = 0; k < n; ++k)
-                mean(i, k) += slope(v, i, k) / R(w.regions());
+        for (int i = 0; i < w.n; ++i)
+            for (int k = 0; k < w.n; ++k)
+                mean(i, k) += (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2) / R(w.regions());
+    return mean;
+}
+
+/// How surely D J + J' D is negative definite: if it is, sum d_i (|z_i| - s_i z_i), s the blend,
+/// falls along every solution. Two D are tried: the inverse diagonal, and the balancing one.
+template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalField<R, M>& w) {
+    const int n = w.n;
+    const Mat<R, M, M> mean = mean_slope(w);
     Vec<R, M> inverse = Vec<R, M>::Zero();
     for (int i = 0; i < n; ++i) {
         if (!(mean(i, i) < R(0)))
@@ -143,21 +168,46 @@ template <std::floating_point R, int M> R attraction_by_lyapunov(const NormalFie
     }
     R best(-1);
     for (const bool balanced : {false, true}) {
-        const Vec<R, M> d = balanced ? balancing(mean, n) : inverse;
-        R least(1);
-        Mat<R, M, M> last = Mat<R, M, M>::Zero();
-        for (unsigned v = 0; v < w.regions() && least > best; ++v) {
-            Mat<R, M, M> a = Mat<R, M, M>::Zero();
-            for (int i = 0; i < n; ++i)
-                for (int k = i; k < n; ++k)
-                    a(i, k) = a(k, i) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
-            if (a == last) // as where L is affine in s
-                continue;
-            last = a;
-            least = std::min(least, definiteness(a, n));
-        }
-        best = std::max(best, least);
+        best = std::max(best, surely_falls(w, balanced ? balancing(mean, n) : inverse, best));
         if (best > R(0.25)) // clear enough, and guards see no jump near zero
+            break;
+    }
+    return best;
+}
+
+/// The same where some of the surfaces are components of directions: sum d (|z| - s.z) with one d
+/// for each direction. It falls as surely, whatever the angle between z and s: its rate is
+/// (u - s)' D J (u - s), u the directions and sides.
+/// @param first  of each surface the first one that belongs with it
+template <std::floating_point R, int M>
+FILIPPOV_COLD R attraction_with_directions(const NormalField<R, M>& w,
+                                           const std::array<int, std::size_t(M)>& first) {
+    const Mat<R, M, M> mean = mean_slope(w);
+    Mat<R, M, M> square = Mat<R, M, M>::Zero(), whole = square; // of blocks, and their sizes
+    Vec<R, M> trace = Vec<R, M>::Zero(), count = trace;
+    for (int i = 0; i < w.n; ++i) {
+        const int a = first[std::size_t(i)];
+        trace[a] += mean(i, i);
+        count[a] += R(1);
+        for (int k = 0; k < w.n; ++k)
+            square(a, first[std::size_t(k)]) += mean(i, k) * mean(i, k);
+    }
+    for (int i = 0; i < w.n; ++i) {
+        const int a = first[std::size_t(i)];
+        if (!(trace[a] < R(0)))
+            return R(-1);
+        for (int k = 0; k < w.n; ++k)
+            whole(i, k) = a == first[std::size_t(k)] ? trace[a] / count[a]
+                                                     : std::sqrt(square(a, first[std::size_t(k)]));
+    }
+    R best(-1);
+    const Vec<R, M> balanced = balancing(whole, w.n);
+    for (const bool balance : {false, true}) {
+        Vec<R, M> d = Vec<R, M>::Zero();
+        for (int i = 0; i < w.n; ++i)
+            d[i] = balance ? balanced[first[std::size_t(i)]] : R(1) / -whole(i, i);
+        best = std::max(best, surely_falls(w, d, best));
+        if (best > R(0.25))
             break;
     }
     return best;
@@ -209,6 +259,24 @@ template <std::floating_point R, int M> FILIPPOV_NOINLINE R attraction(const Nor
 }
 template <std::floating_point R, int M> bool attracts(const NormalField<R, M>& w) {
     return attraction(w) > R(0);
+}
+
+/// The same where some of the surfaces `on` may be components of directions.
+template <class Sys, std::floating_point R, int M>
+FILIPPOV_INLINE R attraction([[maybe_unused]] const Sys& sys,
+                             [[maybe_unused]] const SurfaceSet<M>& on, const NormalField<R, M>& w) {
+    if constexpr (has_directions_v<Sys>) {
+        std::array<int, std::size_t(M)> first{};
+        bool any = false;
+        for (int i = 0; i < on.n; ++i) {
+            const bool further = is_kind(sys, on[i], SurfaceKind::component);
+            first[std::size_t(i)] = further ? first[std::size_t(i - 1)] : i;
+            any = any || further;
+        }
+        if (any)
+            return detail::attraction_with_directions(w, first);
+    }
+    return attraction(w);
 }
 
 } // namespace filippov

@@ -126,6 +126,26 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
 
 } // namespace detail
 
+namespace detail {
+
+/// The field of the region on these sides of the surfaces `on`. Of a direction, s = -1 and +1 of
+/// each component: the corners of a cube around the disc, between which the field is as affine.
+template <class Sys, class S>
+State<Sys, S> region_field(const Sys& sys, const Mode<surfaces_v<Sys>>& side,
+                           [[maybe_unused]] const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
+                           const State<Sys, S>& x, const Params<Sys, S>& p) {
+    if constexpr (has_directions_v<Sys>)
+        if (has_directions(sys)) {
+            auto s = sides_and_directions(sys, side, t, x, p);
+            for (const int j : on)
+                s[j] = S(side[j]);
+            return directed_field(sys, t, x, s, p);
+        }
+    return side_field(sys, side, t, x, p);
+}
+
+} // namespace detail
+
 /// The regions that meet where the surfaces `on` do, the other surfaces as in `mode`. Of a surface
 /// with jumps one is free, the other pushed, and what they do to it is to its normal speed.
 /// @param layers  of the surfaces that are looked at from beside; null: of none
@@ -145,7 +165,7 @@ FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys
         for (int i = 0; i < n; ++i)
             mode.set(on[i], jumps(i) || (v >> i & 1u) != 0 ? 1 : -1);
         if (layers == nullptr) {
-            r.field[v] = side_field(sys, mode, t, x, p);
+            r.field[v] = detail::region_field(sys, mode, r.on, t, x, p);
             continue;
         }
         const State<Sys, S> y = beside(sys, *layers, mode, on, t, x, p);
