@@ -113,6 +113,11 @@ private:
                 mode.set(j, +1);
         return {mode, whole_directions(contacts)};
     }
+    /// True of one surface, or of two components of one direction.
+    bool same_direction(int j, int k) const {
+        return j == k || (is_directed(sys_, j) && is_directed(sys_, k) &&
+                          direction_begin(sys_, j) == direction_begin(sys_, k));
+    }
     /// These surfaces, but for directions of which some components are not among them.
     SurfaceSet<M> whole_directions(const SurfaceSet<M>& on) const {
         if constexpr (!has_directions_v<Sys>)
@@ -592,7 +597,7 @@ private:
     SurfaceSet<M> surfaces_met(const Mode<M>& before, int g) const {
         SurfaceSet<M> on;
         for (int j = 0; j < M; ++j)
-            if (j == g / 3 || before[j] == 0 || (M > 1 && met_together(j)))
+            if (same_direction(j, g / 3) || before[j] == 0 || (M > 1 && met_together(j)))
                 on.add(j);
         return whole_directions(on);
     }
@@ -995,7 +1000,9 @@ private:
     /// is judged again.
     Status pass_jump_of_h(const Mode<M>& before, int j, int side) {
         Mode<M> after = before;
-        after.set(j, side);
+        for (int k = 0; k < M; ++k)
+            if (same_direction(k, j)) // what has left rest moves, whatever its side
+                after.set(k, is_directed(sys_, k) && side != 0 ? +1 : side);
         if constexpr (M > 1) { // others may have jumped across the state at the same time
             const Vec<S, M> h = switching(sys_, segment_.clock().local, segment_.x(), p_);
             for (int k = 0; k < M; ++k)
@@ -1110,8 +1117,8 @@ private:
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
         if (mode[j] != 0)
             mode.set(j, 0);
-        for (int k = 0; k < M && is_directed(sys_, j); ++k)
-            if (is_directed(sys_, k) && direction_begin(sys_, k) == direction_begin(sys_, j))
+        for (int k = 0; k < M; ++k)
+            if (same_direction(k, j))
                 mode.set(k, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.

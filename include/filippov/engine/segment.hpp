@@ -788,6 +788,10 @@ private:
                         X(place_.x + dt * f), place_.p, place_.scale);
         if (!all_finite<S, N>(there))
             return false;
+        // What Newton's method leaves of a zero is none, but would be thrown by a floor.
+        for (int i = 0; i < N; ++i)
+            if (there[i] * there[i] < std::numeric_limits<S>::min())
+                there[i] = S(0);
         if (stopping.after <= brief() || stopping.after <= place_.settings.fixed_step)
             return true;
         const X held = mode_field(place_.sys, rest, t, place_.x, place_.p);
