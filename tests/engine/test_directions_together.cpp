@@ -131,6 +131,30 @@ struct DrillBit {
     }
 };
 
+/// A puck between two walls that throw it back, with a bell inside: a ball that bounces on its own
+/// floor until it rests there.
+struct PuckBetweenWalls {
+    static constexpr int dim = 6, surfaces = 5;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::direction,
+                                      SurfaceKind::component, SurfaceKind::jump, SurfaceKind::jump};
+    static constexpr std::array<std::string_view, 2> params{"mu", "e"};
+
+    template <Scalar S>
+    Vec<S, 6> field(const S&, const Vec<S, 6>& x, const Vec<S, 5>& s, const Vec<S, 2>& p) const {
+        return {x[2], x[3], -p[0] * s[1], -p[0] * s[2], x[5], S(-1)};
+    }
+    template <Scalar S> Vec<S, 5> h(const S&, const Vec<S, 6>& x, const Vec<S, 2>&) const {
+        return {S(1) - x[0], x[2], x[3], S(1) + x[0], x[4]};
+    }
+    template <Scalar S> Vec<S, 6> jump(int j, const S&, Vec<S, 6> x, const Vec<S, 2>& p) const {
+        if (j == 4)
+            x[5] = -p[1] * x[5];
+        else
+            x[2] = -x[2];
+        return x;
+    }
+};
+
 /// Friction that acts at an angle to the motion, on a force that begins at t = 1.
 struct Askew {
     static constexpr int dim = 4, surfaces = 3;
@@ -272,4 +296,29 @@ TEMPLATE_TEST_CASE("directions: a force that jumps, and friction askew", "[direc
     // Friction that leads away from rest is not unique.
     CHECK(run<TestType>(Askew{}, Vec<double, 3>(2.0, 0.5, 2), rest, 0.0, 3.0, tolerance<4>(1e-9))
               .result.status == Status::ambiguous);
+}
+
+TEMPLATE_TEST_CASE("directions: beside impacts", "[direction]", DormandPrince5, DormandPrince8,
+                   Rodas5P) {
+    std::mt19937 random(13);
+    std::uniform_real_distribution<double> speed(0.5, 3);
+    for (int n = 0; n < 6; ++n) {
+        const double u = speed(random), v = -speed(random), mu = 0.3 * speed(random), e = 0.4;
+        const Vec<double, 6> x0(0.1, 0.0, u, v, 0.5, 0.0);
+        const double w = std::hypot(u, v), T = w / mu;
+        const auto r = run<TestType>(PuckBetweenWalls{}, Vec<double, 2>(mu, e), x0, 0.0, T + 8,
+                                     tolerance<6>(1e-9));
+        CAPTURE(n, u, v, mu, words(r));
+        REQUIRE(r.result.status == Status::ok);
+        // Unfolded at the walls its path is straight.
+        double x = std::fmod(0.1 + u * T / 2 + 1, 4.0);
+        x = x < 2 ? x - 1 : 3 - x;
+        check_near(r.result.x, Vec<double, 6>(x, v * T / 2, 0, 0, 0, 0), 1e-7);
+        CHECK(r.times(EventKind::enter_sliding).size() == 1);
+        CHECK(r.times(EventKind::enter_sliding)[0] == Approx(T).margin(1e-8));
+        // the ball rests after 1 + 2 e/(1 - e) falls from its height
+        REQUIRE(r.times(EventKind::accumulation).size() == 1);
+        CHECK(r.times(EventKind::accumulation)[0] ==
+              Approx((1 + 2 * e / (1 - e)) * std::sqrt(2 * 0.5)).margin(1e-7));
+    }
 }
