@@ -806,7 +806,7 @@ private:
     struct Rest {
         S after{}; ///< time from now
         X x{};
-        SurfaceSet<M> on;
+        SurfaceSet<M> on{};
         Mode<M> held{};
         bool holds = true; ///< false: nothing does, and the events cannot be told apart any more
     };
