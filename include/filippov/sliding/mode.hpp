@@ -93,6 +93,20 @@ S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const
     return S(8) * epsilon<S> * terms;
 }
 
+/// The mode of a point beside one in `mode`: surface j and those slid on as there, the others by
+/// the sign of their h. (An inflow that opens as the level falls to the floor is met a hair later.)
+template <class Sys, class S>
+Mode<surfaces_v<Sys>> mode_beside(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
+                                  const State<Sys, S>& x, const Params<Sys, S>& p) {
+    if constexpr (!single_v<Sys>) {
+        const auto h = switching(sys, t, x, p);
+        for (int k = 0; k < surfaces_v<Sys>; ++k)
+            if (k != j && mode[k] != 0 && !is_kind(sys, k, SurfaceKind::jump) && h[k] != S(0))
+                mode.set(k, h[k] < S(0) ? -1 : 1);
+    }
+    return mode;
+}
+
 /// How h_j' changes with time along the surface, where derivatives of the field of `mode` do not
 /// tell where it leads: it bends infinitely (a law of friction like a root of the speed), it is not
 /// smooth (an inflow that opens), or all of them vanish. Told by a while short enough; 0 where none
@@ -108,7 +122,8 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
         const S later = t + dt;
         State<Sys, S> y = x + dt * f;
         y -= (switching(sys, later, y, p)[j] / size) * gradient;
-        const State<Sys, S> there = side_field(sys, mode, later, y, p);
+        const State<Sys, S> there =
+            side_field(sys, mode_beside(sys, mode, j, later, y, p), later, y, p);
         const S change = normal_component(sys, j, later, y, p, there) - slope;
         if (abs(change) > S(100) * (abs(slope) + rate_rounding(sys, j, later, y, p, there)))
             return change / dt;
@@ -237,8 +252,10 @@ bool same_rate(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j, const S
                const State<Sys, S>& x, const Params<Sys, S>& p, const Sides<Sys, S>& here) {
     for (const double later : {0.3, 1.7})
         for (const State<Sys, S>& f : {here.f1, here.f2}) {
-            const S dt = S(later) * tau;
-            const auto there = both_sides(sys, mode, j, S(t + dt), State<Sys, S>(x + dt * f), p);
+            const S dt = S(later) * tau, time = t + dt;
+            const State<Sys, S> y = x + dt * f;
+            const auto there =
+                both_sides(sys, mode_beside(sys, mode, j, time, y, p), j, time, y, p);
             if (!(there.l1 == there.l2))
                 return false;
         }
