@@ -3,6 +3,7 @@
 // becomes of the other, whatever the units, the method and its steps. A pressed body takes off
 // where its force vanishes and lands where an antiderivative says.
 #include "hard.hpp"
+#include "run.hpp"
 
 #include <filippov/engine/trajectory.hpp>
 #include <filippov/methods/rodas5p.hpp>
@@ -205,4 +206,38 @@ TEMPLATE_TEST_CASE("contacts: bounces lost in rounding let others rest", "[conta
             CHECK(e.mode_after[1] == 0);
     }
     CHECK(rests > 0);
+}
+
+namespace {
+
+/// A body on another on the floor, of equal masses, the lower one lifted by a force t.
+struct Pile {
+    static constexpr int dim = 4, surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump};
+
+    template <Scalar S>
+    Vec<S, 4> field(const S& t, const Vec<S, 4>& x, const Vec<S, 2>&, const Vec<S, 0>&) const {
+        return {x[2], x[3], t - S(1), S(-1)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        return {x[0], x[1] - x[0] - S(1)};
+    }
+    template <Scalar S>
+    Vec<S, 4> jump(int j, const S&, const Vec<S, 4>& x, const Vec<S, 0>&) const {
+        const S mean = S(0.5) * (x[2] + x[3]);
+        return j == 0 ? Vec<S, 4>(x[0], x[1], S(0), x[3]) : Vec<S, 4>(x[0], x[1], mean, mean);
+    }
+};
+
+} // namespace
+
+TEST_CASE("contacts: a floor carries what is on what stands on it", "[contacts]") {
+    const auto r = run<DormandPrince5>(Pile{}, Vec<double, 0>{}, Vec<double, 4>(0, 1, 0, 0), 0.0,
+                                       4.0, tolerance<4>(1e-9));
+    REQUIRE(r.result.status == Status::ok);
+    REQUIRE(r.times(EventKind::exit_sliding).size() == 1);
+    CHECK(r.times(EventKind::exit_sliding)[0] == Approx(2).epsilon(1e-9)); // the weight of both
+    CHECK(r.result.mode[1] == 0);
+    CHECK(r.result.x[0] == Approx(2.0 / 3).epsilon(1e-8)); // (t - 2)^3/12
+    CHECK(r.result.x[1] == Approx(5.0 / 3).epsilon(1e-8));
 }

@@ -228,16 +228,16 @@ TEMPLATE_TEST_CASE("staying: until an inflow opens, which is a surface of its ow
     const auto check = [](const auto& tank) {
         for (const double start : {0.0, 0.5}) {
             const auto r = run<TestType>(tank, Vec<double, 0>{}, Vec<double, 2>(start, 0), 0.0,
-                                         195.0, tolerance<2>(1e-9));
+                                         19.0, tolerance<2>(1e-9));
             REQUIRE(r.result.status == Status::ok);
             // it opens once a period, the last time at
-            const double pi = std::numbers::pi, opens = 2 * pi * 30 + 5 * pi / 3;
-            const double x = std::sin(195.0) - std::sin(opens) - (195 - opens) / 2;
+            const double pi = std::numbers::pi, opens = 4 * pi + 5 * pi / 3;
+            const double x = std::sin(19.0) - std::sin(opens) - (19 - opens) / 2;
             CHECK(std::abs(r.result.x[0] - x) < 1e-7);
             int exits = 0;
             for (const auto& e : r.events)
                 exits += e.mode_before[0] == 0 && e.mode_after[0] != 0;
-            CHECK(exits == 31);
+            CHECK(exits == 3);
         }
     };
     for (const double scale : {1.0, 1e-9, 1e9}) {

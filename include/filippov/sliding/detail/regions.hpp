@@ -104,6 +104,17 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
                 r.field[v][k] += strength * push[k];
             r.flow.normal[v][i] += strength;
         }
+    // What was looked at before does not know of this push yet.
+    for (int before = 0; before < i; ++before)
+        if (is_kind(sys, r.on[before], SurfaceKind::jump)) {
+            const auto speed_before = [&](const auto& time, const auto& y) {
+                return normal_speed(sys, side, r.on[before], time, y, q);
+            };
+            const S passed_on = strength * directional(speed_before, t, x, S(0), push);
+            for (unsigned v = 0; v < r.flow.regions(); ++v)
+                if ((v & bit) == 0)
+                    r.flow.normal[v][before] += passed_on;
+        }
 }
 
 } // namespace detail
