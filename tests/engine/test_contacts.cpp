@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two bodies on two floors, in contact or not at the same time: what one does is not seen in what
-// becomes of the other, whatever the units, the method and its steps. A pressed body takes off
-// where its force vanishes and lands where an antiderivative says.
+// becomes of the other, whatever the units, the method and its steps; and one on the other, where
+// it is. A pressed body takes off where its force vanishes and lands where an antiderivative says.
 #include "hard.hpp"
-#include "run.hpp"
 
 #include <filippov/engine/trajectory.hpp>
 #include <filippov/methods/rodas5p.hpp>

@@ -201,23 +201,19 @@ TEMPLATE_TEST_CASE("staying: a slide that tends to rest at its end", "[staying]"
 
 namespace {
 
-/// A tank with the inflow cos t - 1/2, whose floor is a mode of its own while that is negative.
+/// The same flow into a tank whose floor is a mode of its own while that is negative.
 template <SurfaceKind Kind> struct Tank {
     static constexpr int dim = 2, surfaces = 2;
     static constexpr std::array kinds{SurfaceKind::switching, Kind};
     double scale = 1;
 
-    template <class S> static S flow(const S& t) {
-        using elementary::cos;
-        return S(cos(t)) - S(0.5);
-    }
     template <Scalar S>
     Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
-        const S q = flow(t), floor = q * (S(1) + s[1]) * S(0.5);
+        const S q = Fills::flow(t), floor = q * (S(1) + s[1]) * S(0.5);
         return {S(0.5) * (q + floor) + s[0] * S(0.5) * (q - floor), S(1)};
     }
     template <Scalar S> Vec<S, 2> h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
-        return {S(scale) * x[0], S(scale) * flow(t)};
+        return {S(scale) * x[0], S(scale) * Fills::flow(t)};
     }
 };
 

@@ -98,11 +98,11 @@ S rate_rounding(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const
 template <class Sys, class S>
 Mode<surfaces_v<Sys>> mode_beside(const Sys& sys, Mode<surfaces_v<Sys>> mode, int j, const S& t,
                                   const State<Sys, S>& x, const Params<Sys, S>& p) {
-    if constexpr (!single_v<Sys>) {
+    if constexpr (surfaces_v<Sys> > 1) {
         const auto h = switching(sys, t, x, p);
         for (int k = 0; k < surfaces_v<Sys>; ++k)
-            if (k != j && mode[k] != 0 && !is_kind(sys, k, SurfaceKind::jump) && h[k] != S(0))
-                mode.set(k, h[k] < S(0) ? -1 : 1);
+            if (k != j && !is_kind(sys, k, SurfaceKind::jump) && h[k] * S(mode[k]) < S(0))
+                mode.set(k, -mode[k]);
     }
     return mode;
 }
@@ -118,7 +118,8 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
     using std::abs;
     const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
     const S size = gradient.squaredNorm();
-    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
+    S dt = S(1e-6) * tau;
+    for (int k = 0; k < 5 && size > S(0); ++k, dt *= S(10)) { // up to 1e-2 tau
         const S later = t + dt;
         State<Sys, S> y = x + dt * f;
         y -= (switching(sys, later, y, p)[j] / size) * gradient;
