@@ -94,8 +94,11 @@ public:
             if (mode_[j] == 0 && !may_slide(j))
                 return false;
             if (mode_[j] == 0) {
-                if (!keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]) ||
-                    !keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
+                // (a contact may push as hard as it has to)
+                if (!is_kind(sys_, j, SurfaceKind::jump) &&
+                    !keeps_sliding(j, -1, blend.below[z], exit, starts.below[std::size_t(j)]))
+                    return false;
+                if (!keeps_sliding(j, +1, blend.above[z], exit, starts.above[std::size_t(j)]))
                     return false;
                 ++z;
             } else if (!keeps_side(i, blend, exit, starts.side[std::size_t(j)])) {
