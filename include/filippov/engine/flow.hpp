@@ -957,12 +957,8 @@ private:
     Status pass_jump_of_h(const Mode<M>& before, int j, int side) {
         Mode<M> after = before;
         after.set(j, side);
-        if constexpr (M > 1) { // others may have jumped across the state at the same time
-            const Vec<S, M> h = switching(sys_, segment_.clock().local, segment_.x(), p_);
-            for (int k = 0; k < M; ++k)
-                if (k != j && !is_kind(sys_, k, SurfaceKind::jump) && h[k] * S(after[k]) < S(0))
-                    after.set(k, -after[k]);
-        }
+        // others may have jumped across the state at the same time
+        after = mode_beside(sys_, after, {{j}, 1}, segment_.clock().local, segment_.x(), p_);
         const SurfaceSet<M> on = slid_surfaces(after);
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump) && side < 0)

@@ -109,7 +109,8 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
     using std::abs;
     const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
     const S size = gradient.squaredNorm();
-    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
+    S dt = S(1e-6) * tau;
+    for (int k = 0; k < 5 && size > S(0); ++k, dt *= S(10)) { // up to 1e-2 tau
         const S later = t + dt;
         State<Sys, S> y = x + dt * f;
         y -= (switching(sys, later, y, p)[j] / size) * gradient;
