@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two bodies on two floors, in contact or not at the same time: what one does is not seen in what
-// becomes of the other, whatever the units, the method and its steps. A pressed body takes off
-// where its force vanishes and lands where an antiderivative says.
+// becomes of the other, whatever the units, the method and its steps; and one on the other, where
+// it is. A pressed body takes off where its force vanishes and lands where an antiderivative says.
 #include "hard.hpp"
 
 #include <filippov/engine/trajectory.hpp>
@@ -205,4 +205,71 @@ TEMPLATE_TEST_CASE("contacts: bounces lost in rounding let others rest", "[conta
             CHECK(e.mode_after[1] == 0);
     }
     CHECK(rests > 0);
+}
+
+namespace {
+
+/// Three bodies, each on the one below, on a floor that sways, the lowest lifted by a force t.
+/// Impacts have no restitution.
+struct Pile {
+    static constexpr int dim = 6, surfaces = 3;
+    static constexpr std::array kinds{SurfaceKind::jump, SurfaceKind::jump, SurfaceKind::jump};
+    std::array<double, 3> mass{};
+    double sway = 0;
+
+    template <Scalar S>
+    Vec<S, 6> field(const S& t, const Vec<S, 6>& x, const Vec<S, 3>&, const Vec<S, 0>&) const {
+        Vec<S, 6> f;
+        f << x[3], x[4], x[5], t / S(mass[0]) - S(1), S(-1), S(-1);
+        return f;
+    }
+    template <Scalar S> Vec<S, 3> h(const S& t, const Vec<S, 6>& x, const Vec<S, 0>&) const {
+        using elementary::sin;
+        return {x[0] - S(sway) * S(sin(t)), x[1] - x[0] - S(1), x[2] - x[1] - S(1)};
+    }
+    template <Scalar S>
+    Vec<S, 6> jump(int j, const S& t, const Vec<S, 6>& x, const Vec<S, 0>&) const {
+        using elementary::cos;
+        Vec<S, 6> y = x;
+        if (j == 0) {
+            y[3] = S(sway) * S(cos(t));
+            return y;
+        }
+        const double lower = mass[std::size_t(j - 1)], upper = mass[std::size_t(j)];
+        y[2 + j] = y[3 + j] = (S(lower) * x[2 + j] + S(upper) * x[3 + j]) / S(lower + upper);
+        return y;
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("contacts: a floor carries what is on what stands on it", "[contacts]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    for (const auto& mass :
+         {std::array<double, 3>{1, 1, 1}, {1, 2, 3}, {3, 0.5, 1}, {1, 100, 0.01}})
+        for (const double sway : {0.0, 0.2}) {
+            CAPTURE(mass[0], mass[1], mass[2], sway);
+            const double sum = mass[0] + mass[1] + mass[2];
+            // what the floor carries vanishes at
+            double off = sum;
+            for (int k = 0; k < 100; ++k)
+                off -= (off - sum * (1 - sway * std::sin(off))) / (1 + sum * sway * std::cos(off));
+            if (sway > 0 && sum > 5)
+                continue; // (where that may have more roots)
+            Vec<double, 6> x;
+            x << 0, 1, 2, sway, sway, sway;
+            const double end = off + 0.1;
+            const auto r =
+                run<TestType>(Pile{mass, sway}, Vec<double, 0>{}, x, 0.0, end, tolerance<6>(1e-10));
+            INFO(r.result.message());
+            REQUIRE(r.result.status == Status::ok);
+            REQUIRE(r.times(exit_sliding).size() == 1);
+            CHECK(r.times(exit_sliding)[0] == Approx(off).epsilon(1e-9));
+            CHECK(r.result.mode == Mode<3>{{1, 0, 0}});
+            // y'' = t/sum - 1 from there
+            const double height = sway * (std::sin(off) + 0.1 * std::cos(off)) +
+                                  0.005 * (off / sum - 1) + 1e-3 / (6 * sum);
+            for (int i = 0; i < 3; ++i)
+                CHECK(std::abs(r.result.x[i] - i - height) < 1e-7);
+        }
 }

@@ -198,3 +198,47 @@ TEMPLATE_TEST_CASE("staying: a slide that tends to rest at its end", "[staying]"
     CHECK(std::abs(r.result.x[0] - 0.05) < 1e-9); // v' = -2 v along the line
     CHECK(std::abs(r.result.x[1]) < 1e-9);
 }
+
+namespace {
+
+/// The same flow into a tank whose floor is a mode of its own while that is negative.
+template <SurfaceKind Kind> struct Tank {
+    static constexpr int dim = 2, surfaces = 2;
+    static constexpr std::array kinds{SurfaceKind::switching, Kind};
+    double scale = 1;
+
+    template <Scalar S>
+    Vec<S, 2> field(const S& t, const Vec<S, 2>&, const Vec<S, 2>& s, const Vec<S, 0>&) const {
+        const S q = Fills::flow(t), floor = q * (S(1) + s[1]) * S(0.5);
+        return {S(0.5) * (q + floor) + s[0] * S(0.5) * (q - floor), S(1)};
+    }
+    template <Scalar S> Vec<S, 2> h(const S& t, const Vec<S, 2>& x, const Vec<S, 0>&) const {
+        return {S(scale) * x[0], S(scale) * Fills::flow(t)};
+    }
+};
+
+} // namespace
+
+TEMPLATE_TEST_CASE("staying: until an inflow opens, which is a surface of its own", "[staying]",
+                   DormandPrince5, DormandPrince8, Rodas5P) {
+    const auto check = [](const auto& tank) {
+        for (const double start : {0.0, 0.5}) {
+            const auto r = run<TestType>(tank, Vec<double, 0>{}, Vec<double, 2>(start, 0), 0.0,
+                                         19.0, tolerance<2>(1e-9));
+            REQUIRE(r.result.status == Status::ok);
+            // it opens once a period, the last time at
+            const double pi = std::numbers::pi, opens = 4 * pi + 5 * pi / 3;
+            const double x = std::sin(19.0) - std::sin(opens) - (19 - opens) / 2;
+            CHECK(std::abs(r.result.x[0] - x) < 1e-7);
+            int exits = 0;
+            for (const auto& e : r.events)
+                exits += e.mode_before[0] == 0 && e.mode_after[0] != 0;
+            CHECK(exits == 3);
+        }
+    };
+    for (const double scale : {1.0, 1e-9, 1e9}) {
+        CAPTURE(scale);
+        check(Tank<SurfaceKind::kink>{scale});
+        check(Tank<SurfaceKind::switching>{scale});
+    }
+}

@@ -340,13 +340,13 @@ TEST_CASE("contact without a force: rows of touching balls pass a shock on, pair
     for (int i = 3; i < 6; ++i)
         CHECK(soft.result.x[i] == Approx(1.0 / 3));
 
-    Vec<double, 10> two;
-    two << -2, -1, 1, 2, 3, 1, 1, 0, 0, 0;
-    const auto five = run_of<DormandPrince5>(Row<5>{1, 0, {1, 1, 1, 1, 1}}, two, 5);
-    REQUIRE(five.result.status == Status::ok);
-    Vec<double, 10> after;
-    after << -1, 0, 1, 6, 7, 0, 0, 0, 1, 1;
-    CHECK((five.result.x - after).norm() < 1e-12);
+    Vec<double, 8> two;
+    two << -2, -1, 1, 2, 1, 1, 0, 0;
+    const auto four = run_of<DormandPrince5>(Row<4>{1, 0, {1, 1, 1, 1}}, two, 5);
+    REQUIRE(four.result.status == Status::ok);
+    Vec<double, 8> after;
+    after << -1, 0, 5, 6, 0, 0, 1, 1;
+    CHECK((four.result.x - after).norm() < 1e-12);
 }
 
 TEST_CASE("contact without a force: what a drag pulls apart parts", "[staying]") {

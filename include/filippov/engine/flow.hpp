@@ -841,7 +841,7 @@ private:
     struct Rest {
         S after{}; ///< time from now
         X x{};
-        SurfaceSet<M> on;
+        SurfaceSet<M> on{};
         Mode<M> held{};
         bool holds = true; ///< false: nothing does, and the events cannot be told apart any more
     };
@@ -1003,13 +1003,8 @@ private:
         for (int k = 0; k < M; ++k)
             if (same_direction(k, j)) // what has left rest moves, whatever its side
                 after.set(k, is_directed(sys_, k) && side != 0 ? +1 : side);
-        if constexpr (M > 1) { // others may have jumped across the state at the same time
-            const Vec<S, M> h = switching(sys_, segment_.clock().local, segment_.x(), p_);
-            for (int k = 0; k < M; ++k)
-                if (k != j && !is_kind(sys_, k, SurfaceKind::jump) && !is_directed(sys_, k) &&
-                    h[k] * S(after[k]) < S(0))
-                    after.set(k, -after[k]);
-        }
+        // others may have jumped across the state at the same time
+        after = mode_beside(sys_, after, {{j}, 1}, segment_.clock().local, segment_.x(), p_);
         const SurfaceSet<M> on = slid_surfaces(after);
         if constexpr (has_jumps_v<Sys>)
             if (is_kind(sys_, j, SurfaceKind::jump) && side < 0)

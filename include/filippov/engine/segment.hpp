@@ -145,7 +145,7 @@ public:
             return;
         const auto slide = joint_sliding(leaving_->system(), place_.mode, t, place_.x, place_.p);
         for (const int j : slid_surfaces(place_.mode))
-            watch_.start_slide(j, slide.below[j], slide.above[j], slide.w);
+            watch_.start_slide(j, slide.below[j], slide.above[j], slide.w[j]);
     }
 
     /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.

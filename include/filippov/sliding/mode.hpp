@@ -82,8 +82,8 @@ bool negligible(const Derivative<S>& first, const Derivative<S>& next, const Sma
 } // namespace detail
 
 /// The mode of a point beside one in `mode`: surfaces in contact and those slid on as there, the
-/// others by the sign of their h. (An inflow that opens as the level falls to the floor is met a
-/// hair later.)
+/// others by the sign of their h, but for directions, which move. (An inflow that opens as the
+/// level falls to the floor is met a hair later.)
 template <class Sys, class S>
 Mode<surfaces_v<Sys>> mode_beside(const Sys& sys, Mode<surfaces_v<Sys>> mode,
                                   const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
@@ -92,7 +92,7 @@ Mode<surfaces_v<Sys>> mode_beside(const Sys& sys, Mode<surfaces_v<Sys>> mode,
         const auto h = switching(sys, t, x, p);
         for (int k = 0; k < surfaces_v<Sys>; ++k)
             if (!on.contains(k) && mode[k] != 0 && !is_kind(sys, k, SurfaceKind::jump) &&
-                h[k] != S(0))
+                !is_directed(sys, k) && h[k] != S(0))
                 mode.set(k, h[k] < S(0) ? -1 : 1);
     }
     return mode;
@@ -109,7 +109,8 @@ FILIPPOV_COLD S change_along_surface(const Sys& sys, const Mode<surfaces_v<Sys>>
     using std::abs;
     const State<Sys, S> gradient = grad_h(sys, j, t, x, p), f = side_field(sys, mode, t, x, p);
     const S size = gradient.squaredNorm();
-    for (S dt = S(1e-6) * tau; abs(dt) <= S(1e-2) * abs(tau) && size > S(0); dt *= S(10)) {
+    S dt = S(1e-6) * tau;
+    for (int k = 0; k < 5 && size > S(0); ++k, dt *= S(10)) { // up to 1e-2 tau
         const S later = t + dt;
         State<Sys, S> y = x + dt * f;
         y -= (switching(sys, later, y, p)[j] / size) * gradient;

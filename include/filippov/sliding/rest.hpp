@@ -252,8 +252,7 @@ private:
         const S margin = S(1) - product(u, u);
         if (!(abs(margin) <= std::numeric_limits<S>::max()))
             return false;
-        const bool tied =
-            (exit.surface == on_[b] && exit.side < 0) || abs(margin) <= S(1024) * epsilon<S>;
+        const bool tied = exit.side[on_[b]] < 0 || abs(margin) <= S(1024) * epsilon<S>;
         if (!tied && margin < S(0)) {
             S low(0), high = sqrt(most);
             for (int k = 0; k < 100; ++k) { // |u| falls: Newton on 1/|u| - 1, nearly a line
@@ -419,7 +418,7 @@ admissible_at_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& before,
         Starts<M> starts;
         const auto regions = regions_at(system, mode, others, t, x, p);
         detail::Candidate<Leaving<Sys, S>, S> candidate(system, mode, before, regions, t, x, p,
-                                                        arrival);
+                                                        arrival, nullptr);
         if (!candidate.admissible(exit, starts))
             continue;
         attracting = attracting && candidate.attracts() &&

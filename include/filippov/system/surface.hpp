@@ -527,11 +527,12 @@ independent_part(const Sys& sys, const Constraints<Sys>& on, const S& t, const S
     return part;
 }
 
-/// True if h_b is h_a times a constant at points around (t, x), at which both are zero.
+/// True if h_b changes as h_a does, times a constant, from a point (t, x) on both to others around.
 template <class Sys, class S>
 FILIPPOV_COLD bool is_same_surface(const Sys& sys, int a, int b, const S& t, const State<Sys, S>& x,
                                    const Params<Sys, S>& p) {
     using std::abs;
+    const auto here = switching(sys, t, x, p);
     S factor(0);
     for (int i = 0; i <= dim_v<Sys>; ++i)
         for (const double step : {1e-3, -0.7, 2.1}) {
@@ -539,11 +540,12 @@ FILIPPOV_COLD bool is_same_surface(const Sys& sys, int a, int b, const S& t, con
             S time = t;
             S& moved = i < dim_v<Sys> ? y[i] : time;
             moved += S(step) * std::max(S(1), S(abs(moved)));
-            const auto h = switching(sys, time, y, p);
-            const S rounding = rounding_band(sys, b, time, y, p);
-            if (factor == S(0) && abs(h[a]) > S(0))
-                factor = h[b] / h[a];
-            if (!(abs(h[b] - factor * h[a]) <= S(1e-9) * abs(h[b]) + S(64) * rounding))
+            const auto there = switching(sys, time, y, p);
+            const S by_a = there[a] - here[a], by_b = there[b] - here[b];
+            if (factor == S(0) && abs(by_a) > S(0))
+                factor = by_b / by_a;
+            if (!(abs(by_b - factor * by_a) <=
+                  S(1e-9) * abs(by_b) + S(64) * rounding_band(sys, b, time, y, p)))
                 return false;
         }
     return factor != S(0);

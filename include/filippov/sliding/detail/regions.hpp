@@ -90,13 +90,16 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
                   const S& t, const State<Sys, S>& x, const Params<Sys, S>& p) {
     using std::abs;
     const auto q = lift<1>(p);
-    const auto speed = [&](const auto& time, const auto& y) {
-        return normal_speed(sys, side, r.on[i], time, y, q);
+    const auto change_of_speed = [&](int k, const S& time_rate, const State<Sys, S>& f) {
+        const auto speed = [&](const auto& time, const auto& y) {
+            return normal_speed(sys, side, r.on[k], time, y, q);
+        };
+        return directional(speed, t, x, time_rate, f);
     };
     const unsigned bit = 1u << i;
     S largest(0);
     for (unsigned v = 0; v < r.flow.regions(); ++v) {
-        r.flow.normal[v][i] = directional(speed, t, x, S(1), r.field[v]);
+        r.flow.normal[v][i] = change_of_speed(i, S(1), r.field[v]);
         largest = std::max(largest, S(abs(r.flow.normal[v][i])));
     }
     const State<Sys, S> push = contact_push(sys, side, r.on[i], t, x, p);
@@ -114,10 +117,7 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
     // What was looked at before does not know of this push yet.
     for (int before = 0; before < i; ++before)
         if (is_kind(sys, r.on[before], SurfaceKind::jump)) {
-            const auto speed_before = [&](const auto& time, const auto& y) {
-                return normal_speed(sys, side, r.on[before], time, y, q);
-            };
-            const S passed_on = strength * directional(speed_before, t, x, S(0), push);
+            const S passed_on = strength * change_of_speed(before, S(0), push);
             for (unsigned v = 0; v < r.flow.regions(); ++v)
                 if ((v & bit) == 0)
                     r.flow.normal[v][before] += passed_on;
