@@ -317,6 +317,8 @@ private:
         bool may = !v.finite || !v.unique;
         for (const int k : on)
             may = may || is_kind(sys_, k, SurfaceKind::kink) || segment_.layers().has(k);
+        for (const int k : on) // (modes of directions are judged by `admissible_at_rest` alone)
+            may = may && !is_directed(sys_, k);
         return may || (on.n == 1 && (v.below.sign == 0 || v.above.sign == 0) &&
                        !is_kind(sys_, on[0], SurfaceKind::jump));
     }

@@ -438,10 +438,13 @@ private:
         SurfaceSet<M> on;
         for (int k = 0; k < M; ++k)
             if (place_.mode[k] == 0 ||
-                (!is_kind(place_.sys, k, SurfaceKind::jump) &&
+                (may_have_layer(k) &&
                  abs_(h[k]) <= layer_width(place_.sys, k, t, x, place_.p, place_.scale)))
                 on.add(k);
         return on;
+    }
+    bool may_have_layer(int k) const {
+        return !is_kind(place_.sys, k, SurfaceKind::jump) && !is_directed(place_.sys, k);
     }
     X put_on(const SurfaceSet<M>& on, const S& t, const X& x) const {
         const Constraints<Sys> all(place_.sys, place_.mode, on);
@@ -453,13 +456,15 @@ private:
     FILIPPOV_COLD RootLaw<S> root_near(int j, const S& side) const {
         const S t = place_.clock.local;
         const S h = switching(place_.sys, t, place_.x, place_.p)[j];
-        if (is_kind(place_.sys, j, SurfaceKind::jump) ||
+        if (!may_have_layer(j) ||
             !(abs_(h) <= layer_width(place_.sys, j, t, place_.x, place_.p, place_.scale)))
             return {};
         const SurfaceSet<M> on = near_layers(t, place_.x);
-        const auto laws = root_laws(
-            place_.sys, place_.mode, on, t, put_on(on, t, place_.x), place_.p, place_.direction,
-            place_.scale, [&](int k) { return place_.mode[k] != 0 || place_.layers.has(k); });
+        const auto laws =
+            root_laws(place_.sys, place_.mode, on, t, put_on(on, t, place_.x), place_.p,
+                      place_.direction, place_.scale, [&](int k) {
+                          return may_have_layer(k) && (place_.mode[k] != 0 || place_.layers.has(k));
+                      });
         const RootLaw<S>& law = (side < S(0) ? laws.below : laws.above)[std::size_t(j)];
         return laws.layers.has(j) && side * law.rate < S(0) ? law : RootLaw<S>{};
     }
@@ -478,7 +483,7 @@ private:
     FILIPPOV_COLD Stop contact_at_root(const S& dt, bool bad_stage) {
         Stop stop;
         for (int j = 0; j < M && stop.guard < 0; ++j) {
-            if (place_.mode[j] == 0)
+            if (place_.mode[j] == 0 || is_directed(place_.sys, j))
                 continue;
             const S side(place_.mode[j]);
             if (bad_stage && elapsed_ > S(0) && is_met_but_for_rounding(j)) {

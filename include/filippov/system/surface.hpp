@@ -32,6 +32,17 @@ template <int M> SurfaceSet<M> slid_surfaces(const Mode<M>& mode) {
     return on;
 }
 
+/// True if one of these is a component of a direction.
+template <class Sys>
+bool any_directed([[maybe_unused]] const Sys& sys,
+                  [[maybe_unused]] const SurfaceSet<surfaces_v<Sys>>& on) {
+    if constexpr (has_directions_v<Sys>)
+        for (const int j : on)
+            if (is_directed(sys, j))
+                return true;
+    return false;
+}
+
 /// Size of h_j that rounding of t and x alone can make: |h| below it is zero.
 ///
 ///   16 eps (sum_i |dh/dx_i| |x_i| + |dh/dt| |t|)

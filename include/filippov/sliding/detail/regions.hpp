@@ -169,7 +169,7 @@ FILIPPOV_NOINLINE Regions<Sys, S> regions_at(const Sys& sys, Mode<surfaces_v<Sys
             continue;
         }
         const State<Sys, S> y = beside(sys, *layers, mode, on, t, x, p);
-        r.field[v] = side_field(sys, mode, t, y, p);
+        r.field[v] = detail::region_field(sys, mode, r.on, t, y, p);
         const auto normal = normal_components(sys, t, y, p, r.field[v]);
         for (int i = 0; i < n; ++i)
             r.flow.normal[v][i] = normal[on[i]];

@@ -532,6 +532,8 @@ std::pair<R, R> twisting(const Controls<R, M>& c, const Solutions<R, M>& all) {
 /// the pushes are that their regions stand for.
 template <class Sys, class S>
 FILIPPOV_COLD bool contacts_hold(const Sys& sys, const Regions<Sys, S>& regions) {
+    if (any_directed(sys, regions.on)) // one measure for all components, which that does not know
+        return false;
     const unsigned base = detail::free_regions(sys, regions);
     return base != 0 && selection_v<Sys> == Selection::multilinear &&
            detail::is_affine(regions, base) &&
@@ -574,6 +576,8 @@ FILIPPOV_COLD SetValued<S, surfaces_v<Sys>> set_valued(const Sys& sys,
     SetValued<S, M> r;
     const int n = regions.flow.n;
     const unsigned base = detail::free_regions(sys, regions);
+    if (any_directed(sys, regions.on)) // their s is in a disc, not in a cube
+        return r;
     if (selection_v<Sys> != Selection::multilinear || !detail::is_affine(regions, base))
         return r;
     const auto controls = detail::controls_of(sys, regions, base);
