@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from ._support.status import Status
     from ._system.foreign import SlowSystemWarning
     from ._system.system import Params, System, system
-    from ._system.trace import DefinitionError
+    from ._system.trace import DefinitionError, unit
 
 __all__ = [
     "Attractor",
@@ -143,6 +143,7 @@ __all__ = [
     "system",
     "tangencies",
     "time_stepping",
+    "unit",
     "unstable_set",
 ]
 
@@ -253,7 +254,7 @@ _NAMES = {
         "system",
     ),
     "_system.foreign": ("SlowSystemWarning",),
-    "_system.trace": ("DefinitionError",),
+    "_system.trace": ("DefinitionError", "unit"),
     "_results.settings": ("Settings", "Stats"),
     "_runs.smoothing": ("smoothed",),
     "_results.solution": ("Solution",),

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <tuple>
@@ -39,6 +40,7 @@ constexpr std::array names{
     Named{Op::sinh, "sinh"},         Named{Op::cosh, "cosh"},
     Named{Op::tanh, "tanh"},         Named{Op::sign, "sign"},
     Named{Op::where, "where"},       Named{Op::magnitude, "magnitude"},
+    Named{Op::unit2, "unit2"},       Named{Op::unit3, "unit3"},
 };
 const char* name_of(Op op) {
     for (const Named& n : names)
@@ -79,7 +81,8 @@ GraphPointer graph_of(const std::vector<NodeRow>& rows) {
         const Op op = op_of(name);
         expect(op != Op::call, "functions cannot be written down");
         expect(std::isfinite(value), "a constant is finite");
-        expect(index > -1000 && index < 1000 && (index >= 0 || op == Op::powi),
+        expect(index > -1000 && index < 1000 && (index >= 0 || op == Op::powi) &&
+                   (!is_unit(op) || index < arity(op)),
                "an index is one of a component, a parameter or a power");
         const std::array<Expr, 3> arg{a, b, c};
         for (int k = 0; k < 3; ++k)
@@ -168,12 +171,22 @@ struct SmoothingParams {
     int c1, band; ///< band -1: nobody watches
 };
 
+/// @error std::invalid_argument for formulas with a direction
+void refuse_directions(const Graph& graph, const std::vector<Expr>& field, const char* done) {
+    for (const Expr e : graph.below(field))
+        if (is_unit(graph[e].op))
+            throw std::invalid_argument(
+                std::string("filippov: a direction (unit) cannot be ") + done +
+                ": write v/np.sqrt(v @ v + eps**2), with a parameter eps, for it");
+}
+
 /// Splits a right-hand side whose switches are smoothed. The surfaces are the ends of the bands, as
 /// in Smoothed.
 void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::vector<Expr>& named,
                     const SmoothingParams& how) {
     Graph& graph = d.graph;
     const Expr c1 = graph.param(how.c1), one = graph.constant(1);
+    refuse_directions(graph, field, "smoothed");
     const SmoothFormulas smooth = smooth_formulas(graph, field, how.law, c1);
     if (smooth.argument.empty())
         throw std::invalid_argument("filippov: nothing switches that could be smoothed");
@@ -205,6 +218,8 @@ void split_smoothed(Definition& d, const std::vector<Expr>& field, const std::ve
 /// True if systems of n components and these surfaces are compiled as this shape.
 template <int N, int M> bool holds(const TapeProgram& tapes, int n) {
     const auto& kinds = tapes.kind;
+    if (tapes.directions && M <= 2)
+        return false;
     if (M == 1)
         return kinds.size() == 1 && kinds[0] == SurfaceKind::switching && fits_dims<N>(n);
     return kinds.size() <= std::size_t(M) && n <= N;
@@ -243,7 +258,15 @@ DefinedSystem define(const GraphPointer& graph, const std::string& name,
     expect(params.size() == defaults.size(), "defaults has one entry a parameter");
     // formulas may come from a file
     const int dim = int(state.size()), n_params = int(params.size());
-    for (Expr e = 0; e < Expr(graph->size()); ++e) {
+    std::vector<Expr> roots = all_known(*graph, field); // beside them may be what was found before
+    std::ranges::copy(all_known(*graph, named), std::back_inserter(roots));
+    for (const auto& [h, after] : jumps) {
+        roots.push_back(known(*graph, h));
+        std::ranges::copy(all_known(*graph, after), std::back_inserter(roots));
+    }
+    if (period)
+        roots.push_back(known(*graph, *period));
+    for (const Expr e : graph->below(roots)) {
         const Graph::Node& n = (*graph)[e];
         expect((n.op != Op::state || (n.index >= 0 && n.index < dim)) &&
                    (n.op != Op::param || (n.index >= 0 && n.index < n_params)) &&
@@ -363,7 +386,12 @@ StepColumns step_in_time(const GraphPointer& graph, const std::vector<double>& d
     d.graph = *graph;
     d.dim = int(field.size());
     d.defaults = defaults;
+    refuse_directions(*graph, all_known(*graph, field), "stepped in time by complementarity");
     split(d, all_known(*graph, field), all_known(*graph, named));
+    if (d.has_directions())
+        throw std::invalid_argument(
+            "filippov: a vector over its length cannot be stepped in time by complementarity: "
+            "write v/np.sqrt(v @ v + eps**2), with a parameter eps, for it");
     const FormulaBlend blend(d, field, params);
     SignalCheck signals;
     TimeSteppingSettings settings{steps, theta, keep};
@@ -431,6 +459,12 @@ void bind_formulas(py::module_& m) {
              })
         .def("unary", [](Graph& g, const std::string& name,
                          Expr a) { return g.unary(op_of(name), known(g, a)); })
+        .def("unit",
+             [](Graph& g, const std::vector<Expr>& a, int k) {
+                 expect(a.size() >= 2 && a.size() <= 3 && k >= 0 && k < int(a.size()),
+                        "a direction has two or three entries");
+                 return g.unit(all_known(g, a), k);
+             })
         .def("abs", [](Graph& g, Expr a) { return g.abs(known(g, a)); })
         .def("step", [](Graph& g, Expr a) { return g.step(known(g, a)); })
         .def("where", [](Graph& g, Expr condition, Expr a,

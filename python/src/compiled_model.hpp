@@ -39,9 +39,9 @@ public:
                 facts_.capabilities.emplace_back(what);
         };
         for (int j = 0; j < facts_.surfaces; ++j)
-            facts_.kinds.emplace_back(is_kind(sys_, j, SurfaceKind::jump)   ? "jump"
-                                      : is_kind(sys_, j, SurfaceKind::kink) ? "kink"
-                                                                            : "switching");
+            facts_.kinds.emplace_back(
+                std::array{"switching", "kink", "jump", "direction",
+                           "component"}[static_cast<std::size_t>(kind_of_surface(sys_, j))]);
         found(HasField<Sys, double>, "field");
         found(HasRegions<Sys, double>, "region");
         found(selection_v<Sys> == Selection::moments, "moments");

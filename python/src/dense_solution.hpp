@@ -51,9 +51,13 @@ public:
             for (int j = 0; j < m_; ++j) {
                 double& s = out[k * std::size_t(m_) + std::size_t(j)];
                 s = mode[j];
-                if (mode[j] != 0)
-                    continue;
                 const double local = Clock<double>::at(time, T).local;
+                if (mode[j] != 0) {
+                    if (is_directed(trajectory.sys, j)) // an entry of the direction that it has
+                        s = sides_and_directions(trajectory.sys, mode, local, state(time),
+                                                 trajectory.p)[j];
+                    continue;
+                }
                 s = is_kind(trajectory.sys, j, SurfaceKind::jump)
                         ? std::numeric_limits<double>::quiet_NaN() // contact: a force, and no s
                         : sliding_margin(trajectory.sys, mode, j, local, state(time), trajectory.p)

@@ -151,7 +151,9 @@ WRONG["surface"] = ["0", 1, -1, 0.5, NAN, [0], True, HUGE, {}]
 WRONG["guess"] = NO_STATE
 
 # A function, arguments with which it is good and quick, and the kinds of its arguments.
+WRONG["array"] = NO_ARRAY
 FUNCTIONS = {
+    "unit": ({"a": 1.0, "b": 2.0}, dict.fromkeys("abc", "array")),
     "simulate": (
         {"sys": BLOCK, "x0": [0, 0], "t_span": (0, 1)},
         RUN | LIMITS | {

@@ -53,12 +53,15 @@ enum class Op : std::uint8_t {
     // that switch
     sign,
     where, ///< b where a is 1, c where it is 0
+    unit2, ///< entry `index` of the vector (a, b) over its length
+    unit3, ///< the same of (a, b, c)
 };
 
 /// Operands of an operation: 0 of a leaf, up to 3.
 constexpr int arity(Op op) {
-    return op <= Op::call ? 0 : op <= Op::pow ? 2 : op < Op::where ? 1 : 3;
+    return op <= Op::call ? 0 : op <= Op::pow || op == Op::unit2 ? 2 : op < Op::where ? 1 : 3;
 }
+constexpr bool is_unit(Op op) { return op == Op::unit2 || op == Op::unit3; }
 
 /// An expression: a number that names a node of a graph.
 using Expr = std::int32_t;
@@ -208,6 +211,8 @@ public:
                 return unary(Op::sqrt, a);
             if (e == -1)
                 return div(constant(1), a);
+            if (e == -0.5)
+                return div(constant(1), unary(Op::sqrt, a));
             if (e == std::trunc(e) && std::abs(e) < 1000)
                 return make(Op::powi, a, -1, -1, int(e));
         }
@@ -221,6 +226,8 @@ public:
             return neg(a);
         if (op == Op::sign)
             return sign(a);
+        if (op == Op::sqrt && (*this)[a].op == Op::mul && (*this)[a].arg[0] == (*this)[a].arg[1])
+            return abs((*this)[a].arg[0]);
         return make(op, a);
     }
     /// b where the condition is 1, c where it is 0.
@@ -240,6 +247,53 @@ public:
     Expr step(Expr a) {
         const Expr s = sign(a);
         return mul(constant(0.5), add(constant(1), s));
+    }
+
+    /// Entry k of a vector of two or three numbers over its length. Where all of them may vanish it
+    /// switches, and has no value there; what cannot vanish is a quotient.
+    Expr unit(std::span<const Expr> a, int k) {
+        if (a.size() < 2 || a.size() > 3 || k < 0 || k >= int(a.size()))
+            throw std::logic_error("filippov: a direction has two or three entries");
+        bool changes = false;
+        std::vector<Expr> rest; // that are not zero for ever
+        for (const Expr e : a) {
+            if (positive_[std::size_t(e)] || range_[std::size_t(e)].high < 0)
+                return over_length(a, k);
+            changes = changes || varies(e);
+            if (!is_constant(e, 0))
+                rest.push_back(e);
+        }
+        if (!changes)
+            return over_length(a, k);
+        const Expr own = a[std::size_t(k)];
+        if (is_constant(own, 0))
+            return own;
+        if (rest.size() == 1)
+            return sign(own);
+        if (rest.size() < a.size())
+            return unit(rest, int(std::ranges::find(rest, own) - rest.begin()));
+        const auto turned_over = [&](Expr e) { return (*this)[e].op == Op::neg; };
+        if (std::ranges::all_of(a, turned_over)) {
+            for (Expr& e : rest)
+                e = neg(e);
+            return neg(unit(rest, k));
+        }
+        return make(a.size() == 2 ? Op::unit2 : Op::unit3, a[0], a[1], a.size() == 2 ? -1 : a[2],
+                    k);
+    }
+    /// The same as a quotient, which is 0/0 where all entries are zero.
+    Expr over_length(std::span<const Expr> a, int k) { return div(a[std::size_t(k)], length(a)); }
+    /// The length of a vector.
+    Expr length(std::span<const Expr> a) {
+        Expr sum = mul(a[0], a[0]);
+        for (const Expr e : a.subspan(1))
+            sum = add(sum, mul(e, e));
+        return unary(Op::sqrt, sum);
+    }
+    /// The vector of a unit2 or unit3.
+    std::vector<Expr> vector_of(Expr e) const {
+        const Node& n = (*this)[e];
+        return {n.arg.begin(), n.arg.begin() + arity(n.op)};
     }
 
     /// What it is but for its sign, and that: 1, -1, or a choice by parameters between them.
@@ -315,6 +369,9 @@ public:
             return make(Op::powi, arg[0], -1, -1, n.index);
         case Op::where:
             return where(arg[0], arg[1], arg[2]);
+        case Op::unit2:
+        case Op::unit3:
+            return unit(arg.first(std::size_t(arity(n.op))), n.index);
         default:
             return unary(n.op, arg[0]);
         }
@@ -600,6 +657,8 @@ private:
         case Op::magnitude:
             return detail::values::magnitude(of[0]);
         case Op::sign:
+        case Op::unit2:
+        case Op::unit3:
         case Op::sin:
         case Op::cos:
             return {-1, 1};
@@ -760,6 +819,10 @@ private:
             return v[0] > 0 ? 1 : v[0] < 0 ? -1 : v[0]; // NaN stays
         case Op::where:
             return v[0] > 0.5 ? v[1] : v[2];
+        case Op::unit2:
+            return v[std::size_t(n.index)] / std::hypot(v[0], v[1]);
+        case Op::unit3:
+            return v[std::size_t(n.index)] / std::hypot(v[0], v[1], v[2]);
         default:
             return std::numeric_limits<double>::quiet_NaN();
         }
@@ -823,6 +886,14 @@ private:
             return constant(0);
         case Op::where:
             return where(a, d[1], d[2]);
+        case Op::unit2:
+        case Op::unit3: { // (a_k' - n_k n.a')/|a|, n the direction
+            const std::vector<Expr> of = vector_of(e);
+            Expr along = constant(0);
+            for (std::size_t k = 0; k < of.size(); ++k)
+                along = add(along, mul(unit(of, int(k)), d[k]));
+            return div(sub(d[std::size_t(n.index)], mul(e, along)), length(of));
+        }
         }
         throw std::logic_error("filippov: an operation without a derivative");
     }

@@ -3,6 +3,7 @@
 // field on every side of them.
 #pragma once
 
+#include <filippov/formulas/detail/directions.hpp>
 #include <filippov/formulas/detail/sample_points.hpp>
 #include <filippov/formulas/detail/terms.hpp>
 #include <filippov/system/system.hpp>
@@ -25,7 +26,8 @@ struct Definition {
     std::vector<Expr> h;
     std::vector<SurfaceKind> kind;
     std::vector<std::vector<Expr>> jump; ///< the state after a jump; empty of other kinds
-    // one entry a region: bit j of its number is set where h_j > 0
+    /// One entry a region: bit j of its number is set where h_j > 0. Entry k of all directions is
+    /// state(dim + k).
     std::vector<std::vector<Expr>> region;
     Expr period = -1; ///< -1: none
     /// What changes over a distance of about 1: the arguments of smoothed switches, times their
@@ -33,6 +35,9 @@ struct Definition {
     std::vector<Expr> layer;
 
     int surfaces() const { return int(h.size()); }
+    bool has_directions() const {
+        return std::ranges::find(kind, SurfaceKind::direction) != kind.end();
+    }
 };
 
 /// Surfaces that are split along, at most: there are 2^n regions.
@@ -464,18 +469,28 @@ private:
 /// x - 1 and -x - 1. A surface at which nothing changes is dropped; one at which the field is
 /// continuous is a kink.
 ///
-/// @param field  the right-hand side
+/// The entries of directions come behind them, two or three surfaces each.
+///
+/// @param written  the right-hand side
 /// @param named  surfaces that come first and have the orientation that they are given in
-/// @error std::invalid_argument for too many surfaces, or for a named one at which nothing changes
-inline void split(Definition& d, std::span<const Expr> field, std::span<const Expr> named = {}) {
+/// @error std::invalid_argument for too many surfaces, or for a named one at which nothing changes;
+///        for a direction that has no law at rest, or that something switches by
+inline void split(Definition& d, std::span<const Expr> written, std::span<const Expr> named = {}) {
     Graph& graph = d.graph;
-    detail::Splitter splitter(graph, d.dim, d.defaults);
+    detail::DirectionFinder directions(graph, d.dim, d.defaults);
+    const std::vector<Expr> field = directions.find(written);
+    detail::Splitter splitter(graph, d.dim + directions.leaves(), d.defaults);
     std::vector<Expr> formulas(field.begin(), field.end());
     formulas.insert(formulas.end(), named.begin(), named.end());
     splitter.look_closely_at(formulas);
     for (const Expr h : named)
         splitter.add_surface(h);
     splitter.discover(field);
+    for (const Expr h : splitter.surfaces())
+        for (const Expr e : graph.below(h))
+            if (directions.is_leaf(e) || is_unit(graph[e].op))
+                throw std::invalid_argument("filippov: something switches by an entry of unit: "
+                                            "write it by an entry of its vector");
 
     const auto region = [&](unsigned code, std::size_t n) {
         std::vector<int> side;
@@ -529,6 +544,19 @@ inline void split(Definition& d, std::span<const Expr> field, std::span<const Ex
             full |= ((code >> k) & 1) << kept[k];
         d.region.push_back(all[full]);
     }
+    if (directions.all().empty())
+        return;
+    for (std::vector<Expr>& f : d.region) {
+        for (Expr& e : f)
+            e = directions.with_smooth_lengths(e);
+        directions.require_linear(f);
+    }
+    for (const detail::Entries& a : directions.all())
+        for (std::size_t k = 0; k < a.size(); ++k) {
+            d.h.push_back(a[k]);
+            d.kind.push_back(k == 0 ? SurfaceKind::direction : SurfaceKind::component);
+            d.jump.emplace_back();
+        }
 }
 
 /// Adds a surface at which nothing changes, for the event of crossing it.

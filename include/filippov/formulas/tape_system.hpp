@@ -46,6 +46,7 @@ public:
             return write_tape(graph, quick, &derived_);
         };
         const std::vector<Expr> x = states(d);
+        d.h = without_units(graph, d.h);
         h = tape(d.h);
         if (d.surfaces() == 1)
             find_plane(d);
@@ -64,7 +65,7 @@ public:
         for (const auto& f : d.region)
             region.push_back(field_tape(f));
         for (const auto& after : d.jump)
-            jump.push_back(tape(after));
+            jump.push_back(tape(without_units(graph, after)));
         if (d.layer.size() > std::size_t(most_split_surfaces))
             throw std::invalid_argument("filippov: more than " +
                                         std::to_string(most_split_surfaces) +
@@ -77,10 +78,11 @@ public:
         }
         layer = tape(d.layer);
         if (d.period >= 0)
-            period.push_back(tape(std::array{d.period}));
+            period.push_back(tape(without_units(graph, std::array{d.period})));
         kind = d.kind;
         for (const SurfaceKind k : kind)
-            splits += k != SurfaceKind::jump;
+            splits += k == SurfaceKind::switching || k == SurfaceKind::kink;
+        directions = d.has_directions();
         if (d.surfaces() == 1 && d.kind[0] == SurfaceKind::switching)
             write_slide(d, field_tape);
         derived = write_tape(graph, derived_.all());
@@ -108,7 +110,8 @@ public:
     std::vector<Tape> period; ///< none, or one
     std::vector<SurfaceKind> kind;
     bool linear_h = true; ///< every h is linear in t and x
-    int splits = 0;       ///< surfaces that are no jumps; they come first
+    int splits = 0;       ///< surfaces that switch or bend; they come first, directions behind them
+    bool directions = false;
     // of one surface
     Tape normal; ///< L1 and L2 in a slide
     Tape slide;  ///< the sliding field
@@ -116,6 +119,19 @@ public:
     int swing = -1; ///< where it is told how soon s may turn in a constant slide; -1: nowhere
 
 private:
+    /// Where nothing slides, as after a jump, there is a direction or there is none: at rest such a
+    /// formula is no number.
+    static std::vector<Expr> without_units(Graph& graph, std::span<const Expr> all) {
+        std::vector<Expr> plain;
+        for (const Expr e : all)
+            plain.push_back(graph.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
+                const Graph::Node n = graph[i];
+                return is_unit(n.op)
+                           ? graph.over_length(arg.first(std::size_t(arity(n.op))), n.index)
+                           : graph.with_args(i, arg);
+            }));
+        return plain;
+    }
     /// It with factors 1/p in place of divisions by what is known before.
     static Expr without_divisions(Graph& graph, Expr e) {
         return graph.rewrite(e, [&](Expr i, std::span<const Expr> arg) {
@@ -221,6 +237,9 @@ public:
     static constexpr bool exact = M == 1 && N <= most_exact_dims,
                           lanes = M == 1 && N <= most_lane_dims;
     static constexpr bool sides_are_data = true;
+    /// What may have directions takes longer to compile: those with room for more than two surfaces
+    /// do for all.
+    static constexpr bool may_have_directions = M > 2;
     static constexpr std::array<std::string_view, std::size_t(P)> params{}; ///< how many fit
     /// What is compiled for; `kind` says what is so.
     static constexpr auto kinds = [] {
@@ -333,10 +352,35 @@ public:
     X<S> region(const S& t, const X<S>& x, const Mode<M>& side, const Q<S>& p) const
         requires(M > 1)
     {
+        if constexpr (may_have_directions)
+            if (has_directions())
+                return directed(t, x, sides_and_directions(*this, side, t, x, p), p);
         std::size_t code = 0;
         for (int j = 0; j < program_->splits; ++j)
             code |= std::size_t(side[j] > 0) << j;
         return field(program_->region[code], t, x, p);
+    }
+    bool has_directions() const
+        requires(may_have_directions)
+    {
+        return program_->directions;
+    }
+    /// The field with given directions; of other surfaces s says the side.
+    template <class S>
+    X<S> directed(const S& t, const X<S>& x, const Vec<S, M>& s, const Q<S>& p) const
+        requires(may_have_directions)
+    {
+        std::size_t code = 0;
+        for (int j = 0; j < program_->splits; ++j)
+            code |= std::size_t(s[j] > S(0)) << j;
+        Vec<S, N + M> all = Vec<S, N + M>::Constant(S(0)); // the entries behind the state
+        for (int i = 0; i < components(); ++i)
+            all[i] = x[i];
+        for (int j = program_->splits; j < count(); ++j)
+            all[components() + j - program_->splits] = s[j];
+        X<S> f = X<S>::Constant(S(0));
+        program_->region[code].run(t, all.data(), p.data(), f.data());
+        return f;
     }
     template <class S>
     Vec<S, M> h(const S& t, const X<S>& x, const Q<S>& p) const

@@ -253,6 +253,7 @@ ONE_SWITCHING = "one surface, a switching one, and no kinks or jumps"
 def one_switching(sys: System) -> str:
     """Tell that one switching surface is needed, and what there is."""
     kinds = {"switching": "switching surface", "kink": "kink", "jump": "jump"}
+    kinds["direction"] = "direction"
     counts = [(sys.kinds.count(kind), word) for kind, word in kinds.items()]
     there = [f"{n} {word}{'s' if n != 1 else ''}" for n, word in counts if n > 0]
     return f"{ONE_SWITCHING}; it has {', '.join(there) or '0 surfaces'}"

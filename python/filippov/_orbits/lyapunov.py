@@ -19,7 +19,7 @@ from filippov._support.progress import Progress, ended, shown
 from filippov._support.sound import complete, require, shaped
 from filippov._support.status import Status
 from filippov._support.types import Floats
-from filippov._system.system import Params, System
+from filippov._system.system import Params, System, require_no_directions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,6 +147,7 @@ def lyapunov(
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System", TypeError)
+    require_no_directions(sys, "solutions have no derivatives")
     values = sys._merged(params)
     start = vector("x0", np.zeros(sys.dim) if x0 is None else x0, sys.dim, sys.state)
     sys._forced(values)

@@ -31,7 +31,7 @@ from filippov._support.progress import ended
 from filippov._support.sound import complete, finite, require, shaped
 from filippov._support.status import Status
 from filippov._support.types import Floats, Record
-from filippov._system.system import Params, System
+from filippov._system.system import Params, System, require_no_directions
 
 from .cycle import (
     cycle_at,
@@ -387,6 +387,7 @@ def _refuse_systems(sys: System) -> None:
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     if "jump" in sys.kinds:
         refuse("sys", sys.name, "expected a System whose state does not jump")
+    require_no_directions(sys, "orbits have no derivatives")
 
 
 def _base_params(sys: System, guess: object) -> System:

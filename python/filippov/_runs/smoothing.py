@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from filippov._support.check import number, refuse, word
 from filippov._system.define import LAWS
-from filippov._system.system import System, switches_of
+from filippov._system.system import System, require_no_directions, switches_of
 
 __all__ = ["smoothed"]
 
@@ -74,6 +74,7 @@ def smoothed(
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
     c1 = number("c1", c1, _POSITIVE, above=0.0)
     law = word("law", law, LAWS)
+    require_no_directions(sys, "laws for switches say nothing")
     definition = sys._formulas()
     definition.require_formulas("be smoothed")
     if definition.smoothing is not None:

@@ -18,7 +18,7 @@ from filippov._support.progress import ended
 from filippov._support.sound import complete, finite, ordered, require, shaped
 from filippov._support.status import Status
 from filippov._support.types import Floats
-from filippov._system.system import Params, System
+from filippov._system.system import Params, System, require_no_directions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,6 +153,7 @@ def time_stepping(
     """
     if not isinstance(sys, System):
         refuse("sys", sys, "expected a System, for instance filippov.models.oscillator", TypeError)
+    require_no_directions(sys, "s is in a disc and not between -1 and 1")
     definition = sys._formulas()
     definition.require_formulas("be stepped in time")
     if definition.jumps or definition.smoothing is not None:

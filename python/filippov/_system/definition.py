@@ -51,6 +51,12 @@ class Definition:
     repeats: Repeats = default(default_factory=Repeats, compare=False, repr=False)
     built_in: bool = False  #: one of `filippov.models`, which its name tells
 
+    @property
+    def entries(self) -> int:
+        """Entries of all directions: in the formulas of regions they come behind the state."""
+        splits = len(self.region).bit_length() - 1
+        return len(self.h) - splits - len(self.jumps)
+
     def made(self) -> tuple[_core.Model, Definition]:
         """Compile it."""
         try:
@@ -130,13 +136,22 @@ class Definition:
             "name": self.name,
             "state": list(self.state),
             "params": dict(self.params),
-            "nodes": [list(node) for node in self.graph.nodes()],
+            "nodes": self._nodes(),
             "field": self.field,
             "surfaces": dict(self.surfaces),
             "jumps": {name: [h, after] for name, (h, after) in self.jumps.items()},
             "period": self.period,
             "smoothing": self.smoothing and list(self.smoothing),
         }
+
+    def _nodes(self) -> list[list[Any]]:
+        """Give its operations; without those of directions, which are found again."""
+        nodes = [list(node) for node in self.graph.nodes()]
+        if self.region and self.entries > 0:
+            after = [e for h, jump in self.jumps.values() for e in (h, *jump)]
+            roots = [*self.field, *self.surfaces.values(), *after]
+            nodes = nodes[: 1 + max([*roots, -1 if self.period is None else self.period])]
+        return nodes
 
     def identity(self) -> dict[str, Any]:
         """Tell which equations these are, as JSON can hold it."""

@@ -20,6 +20,7 @@ __all__ = [
     "clipped",
     "cpp",
     "cpp_struct",
+    "entry_names",
     "latex",
     "latex_name",
     "python",
@@ -46,6 +47,7 @@ class Language:
     quotient: Callable[[str, str], str] | None  #: None: with a slash
     power: Callable[[str, str], str]
     where: Callable[[str, str, str], str]
+    unit: Callable[[Sequence[str], int], str]  #: an entry of a vector over its length
 
 
 def _number(value: float) -> str:
@@ -62,6 +64,7 @@ python = Language(
     quotient=None,
     power=lambda a, b: f"{a}**{b}",
     where=lambda c, a, b: f"where({c} > 0.5, {a}, {b})",
+    unit=lambda v, k: f"unit({', '.join(v)})[{k}]",
 )
 cpp = Language(
     constant=lambda value: f"S({value!r})",
@@ -72,6 +75,7 @@ cpp = Language(
     quotient=None,
     power=lambda a, b: f"pow(S({a}), {b})",
     where=lambda c, a, b: f"select({c} > S(0.5), S({a}), S({b}))",
+    unit=lambda v, k: f"({v[k]} / sqrt(S({' + '.join(f'{e} * {e}' for e in v)})))",
 )
 _GREEK = {
     letter
@@ -122,6 +126,7 @@ latex = Language(
     quotient=lambda a, b: rf"\frac{{{a}}}{{{b}}}",
     power=lambda a, b: f"{a}^{{{b}}}",
     where=lambda c, a, b: rf"\left[{c}\,?\,{a}:{b}\right]",
+    unit=lambda v, k: rf"\operatorname{{unit}}\left({', '.join(v)}\right)_{{{k + 1}}}",
 )
 
 
@@ -261,6 +266,9 @@ def _one(
             return language.power(part(a, _ATOM), str(index)), _POWER
         case "where":
             return language.where(part(a, _SUM), part(b, 0), part(c, 0)), _ATOM
+        case "unit2" | "unit3":
+            vector = [part(v, _ATOM) for v in ((a, b) if op == "unit2" else (a, b, c))]
+            return language.unit(vector, index), _ATOM
         case _:
             return language.call(language.functions.get(op, op), part(a, 0)), _ATOM
 
@@ -270,6 +278,13 @@ def _sum(left: str, sign: str, right: str) -> str:
     if number := re.fullmatch(r"\(?-(\d+(\.\d+)?)\)?", right):
         sign, right = "-" if sign == "+" else "+", number[1]
     return f"{left} {sign} {right}"
+
+
+def entry_names(names: Sequence[str], n: int) -> list[str]:
+    """Name the entries of directions, otherwise than anything else."""
+    each = itertools.chain("ne", (f"unit{'_' * n}" for n in itertools.count()))
+    stem = next(v for v in each if not any(_is_numbered(v, name) for name in names))
+    return [f"{stem}{k}" for k in range(n)]
 
 
 def text(graph: _core.Graph, e: int) -> str:
@@ -312,6 +327,9 @@ _CPP_SURFACES = """\
     static constexpr int surfaces = {m};
     static constexpr std::array<filippov::SurfaceKind, surfaces> kinds{{{kinds}}};
 """
+_CPP_DIRECTED = """\
+        return directed(t, x, filippov::sides_and_directions(*this, side, t, x, p), p);
+"""
 _CPP_SIGN = """\
         const auto sign = [](const S& v) {
             return filippov::select(v > S(0), S(1), filippov::select(v < S(0), S(-1), S(0)));
@@ -330,7 +348,7 @@ _CPP_TAKEN = frozenset(
         "static_cast struct switch template this thread_local throw true try typedef typeid",
         "typename union unsigned using virtual void volatile wchar_t while xor xor_eq main std",
         "filippov unix linux NULL EOF NAN INFINITY S X P dim state params defaults surfaces kinds",
-        "f1 f2 h region jump period side",
+        "f1 f2 h region jump period side directed may_have_directions",
     )
     for word in line.split()
 )
@@ -397,21 +415,27 @@ def cpp_struct(
         function("X<S>", "f2", f"{t}, {x}, {p}", vector(definition.region[1]))
         function("S", "h", f"{t}, {x}, {p}", _cpp_body(definition, definition.h, "S"))
     else:
-        splits = [j for j in range(m) if kinds[j] != "jump"]
-        code = " + ".join(f"{1 << j} * (side[{j}] > 0)" for j in splits) or "0"
+        splits = [j for j in range(m) if kinds[j] in ("switching", "kink")]
+        directed = "direction" in kinds
+        side, zero = ("s", "S(0)") if directed else ("side", "0")
+        code = " + ".join(f"{1 << j} * ({side}[{j}] > {zero})" for j in splits) or "0"
         cases = "".join(
             f"        case {k}: {{\n{vector(region)}        }}\n"
             for k, region in enumerate(definition.region[1:], 1)
         )
         body = f"        switch ({code}) {{\n{cases}        default: {{\n"
         body += vector(definition.region[0]) + "        }\n        }\n"
-        function(
-            "X<S>", "region", f"{t}, {x}, {unused}const filippov::Mode<surfaces>& side, {p}", body
-        )
+        sides = f"{unused}const filippov::Mode<surfaces>& side"
+        if directed:
+            entries = f"{unused}const filippov::Vec<S, surfaces>& s"
+            parts.append("    static constexpr bool may_have_directions = true;\n")
+            function("X<S>", "directed", f"{t}, {x}, {entries}, {p}", body)
+            body = _CPP_DIRECTED
+        function("X<S>", "region", f"{t}, {x}, {sides}, {p}", body)
         returned = "S" if m == 1 else f"filippov::Vec<S, {m}>"
         function(returned, "h", f"{t}, {x}, {p}", _cpp_body(definition, definition.h, returned))
         if "jump" in kinds:
-            jumps = dict(enumerate(definition.jumps.values(), len(splits)))
+            jumps = dict(enumerate(definition.jumps.values(), kinds.index("jump")))
             cases = "".join(
                 f"        case {j}: {{\n{vector(after)}        }}\n"
                 for j, (_, after) in jumps.items()
@@ -426,7 +450,9 @@ def cpp_struct(
 
 def _cpp_body(definition: Definition, outputs: Sequence[int], returned: str) -> str:
     """Statements that compute nodes and return them; what is used twice has a name."""
-    state = [f"x[{i}]" for i in range(len(definition.state))]
+    dim, m = len(definition.state), len(definition.h)
+    first = m - len(definition.jumps) - definition.entries
+    state = [f"x[{i}]" for i in range(dim)] + [f"s[{first + k}]" for k in range(definition.entries)]
     params = [f"p[{k}]" for k in range(len(definition.params))]
     named, values = write_all(definition.graph, outputs, state, params, cpp, share=True)
     lines = [f"        const S {name} = {formula};\n" for name, formula in named]

@@ -25,7 +25,7 @@ _OPERANDS = dict.fromkeys(_LEAVES, 0)
 _OPERANDS |= dict.fromkeys(("add", "sub", "mul", "div", "pow"), 2)
 _OPERANDS |= dict.fromkeys(("neg", "powi", "sqrt", "exp", "log", "magnitude", "sign"), 1)
 _OPERANDS |= dict.fromkeys(("sin", "cos", "tan", "asin", "atan", "sinh", "cosh", "tanh"), 1)
-_OPERANDS |= {"where": 3}
+_OPERANDS |= {"where": 3, "unit2": 2, "unit3": 3}
 _FIELDS = {"name", "state", "params", "nodes", "field", "surfaces", "jumps", "period", "smoothing"}
 
 
@@ -111,7 +111,9 @@ def _check_node(place: int, node: object, dim: int, n_params: int) -> None:
     for k, operand in enumerate(operands):
         low, end = (0, place) if k < (n or 0) else (-1, 0)
         require(_is_index(operand, low, end), f"{where} has an operand that is not before it")
-    low, end = {"state": (0, dim), "param": (0, n_params), "powi": (-999, 1000)}.get(op, (0, 1))
+    ranges = {"state": (0, dim), "param": (0, n_params), "powi": (-999, 1000)}
+    ranges |= {"unit2": (0, 2), "unit3": (0, 3)}
+    low, end = ranges.get(op, (0, 1))
     require(_is_index(index, low, end), f"{where} has an index beyond what there is")
     require(_is_number(value), f"{where} has a constant that is no finite number")
 

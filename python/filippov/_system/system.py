@@ -26,12 +26,21 @@ from filippov._support.types import FloatOrArray, Floats
 from .define import Formula, Function, check, define, jumps_of
 from .definition import Definition
 from .foreign import Surroundings, warn_slow
-from .formula import clipped, cpp_struct, latex, latex_name, write, write_all
+from .formula import clipped, cpp_struct, entry_names, latex, latex_name, write, write_all
 from .period import check_period, period_of, require_period
 
-__all__ = ["Params", "System", "restore", "restore_defined", "switches_of", "system"]
+__all__ = [
+    "Params",
+    "System",
+    "require_no_directions",
+    "restore",
+    "restore_defined",
+    "switches_of",
+    "system",
+]
 
 Side = int | Sequence[int]
+_WORDS = {"switching": "switch", "direction": "unit", "component": "and"}
 
 
 class Params(Mapping[str, float]):
@@ -391,6 +400,8 @@ class System:
         `"switching"`: the field jumps there, and it is crossed or slid on. `"kink"`: the field is
         continuous there, and it is always crossed. `"jump"`: the solution stays where h >= 0, and
         where h falls to zero the state jumps; 0 (sliding) is contact at rest there.
+        `"direction"` and `"component"`: the first and the other entries of the vector of a `unit`;
+        in a mode all of them are +1, it moves, or all are 0, it sticks.
         """
         return tuple(self._model.kinds)
 
@@ -515,6 +526,8 @@ class System:
         """
         times, points, single = self._points(t, x)
         index = self._surface(surface)
+        if self.kinds[index] in ("direction", "component"):
+            refuse("surface", surface, "expected a surface that has two sides, not one of a unit")
         sides = self._others(index, side)
         out = self._model.normal_components(times, points, index, sides, self._values(params))
         return out[0] if single else out.T
@@ -550,18 +563,35 @@ class System:
         """
         definition = self._formulas()
         dim, splits = len(self.state), definition.h[: self._splits()]
+        entries = definition.h[len(splits) : len(splits) + definition.entries]
         fields = [e for region in definition.region for e in region]
+        names = entry_names((*self.state, *self._params), len(entries))
         named, words = write_all(
-            definition.graph, [*splits, *fields], self.state, tuple(self._params), latex
+            definition.graph,
+            [*splits, *entries, *fields],
+            (*self.state, *names),
+            tuple(self._params),
+            latex,
         )
         rows = [f"{name} &= {formula}" for name, formula in named]
-        for k, derivative in enumerate(words[len(splits) :]):
+        rows += self._directions_in_latex(names, words[len(splits) :])
+        for k, derivative in enumerate(words[len(splits) + len(entries) :]):
             code, i = divmod(k, dim)
             where = r",\ ".join(
                 f"{h} {'>' if code >> j & 1 else '<'} 0" for j, h in enumerate(words[: len(splits)])
             )
             rows.append(rf"\dot{{{latex_name(self.state[i])}}} &= {derivative} && {where}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def _directions_in_latex(self, names: Sequence[str], vectors: Sequence[str]) -> list[str]:
+        """Write what the entries of directions are: one row a direction."""
+        directed = [kind for kind in self.kinds if kind in ("direction", "component")]
+        begins = [k for k, kind in enumerate(directed) if kind == "direction"]
+        return [
+            rf"\left({', '.join(map(latex_name, names[a:b]))}\right)"
+            rf" &= \operatorname{{unit}}\left({', '.join(vectors[a:b])}\right)"
+            for a, b in itertools.pairwise([*begins, len(directed)])
+        ]
 
     def to_cpp(self, name: str | None = None) -> str:
         """Write a C++ header with a struct that is this system, for `#include <filippov/...>`.
@@ -603,7 +633,7 @@ class System:
         return self._definition
 
     def _splits(self) -> int:
-        return sum(kind != "jump" for kind in self.kinds)
+        return sum(kind in ("switching", "kink") for kind in self.kinds)
 
     def __eq__(self, other: object) -> bool:
         """Tell whether both have the same equations and parameter values."""
@@ -623,14 +653,13 @@ class System:
             shown = ", ".join(f"{name}={value:g}" for name, value in self._params.items())
             lines.append(f"  params   {shown}")
         lines += [
-            f"  {'switch' if kind == 'switching' else kind:8} "
-            f"h{j if self.surfaces > 1 else ''} = {clipped(text)}"
+            f"  {_WORDS.get(kind, kind):8} h{j if self.surfaces > 1 else ''} = {clipped(text)}"
             for j, (text, kind) in enumerate(zip(self._switches, self.kinds, strict=False))
         ]
         period = self.period()
         if period is not None:
             lines.append(f"  period   {period:.9g}")
-        if "switching" in self.kinds:
+        if {"switching", "direction"} & set(self.kinds):
             lines.append(f"  slides   by {self.sliding}")
         lines.append(f"  found    {', '.join(model.capabilities) or 'the required members only'}")
         derived = [what for what in ("grad_h", "h_t") if what not in model.capabilities]
@@ -748,6 +777,9 @@ class System:
             refuse("side", side, f"expected {what}", TypeError)
         if len(each) != self.surfaces or not all(among(v, (-1, 0, 1)) for v in each):
             refuse("side", side, f"expected {what}")
+        for j, kind in enumerate(self.kinds):
+            if kind == "component" and (each[j] == 0) != (each[j - 1] == 0):
+                refuse("side", side, f"expected 0 for all entries of a unit, or for none: h{j}")
         return [int(v) for v in each]
 
     def _surface(self, surface: int) -> int:
@@ -765,6 +797,17 @@ class System:
         if sides.count(0) > 1:
             refuse("side", side, "expected -1 or +1 for the other surfaces")
         return sides
+
+
+def require_no_directions(sys: System, what: str) -> None:
+    """Refuse a system with a `unit`, at rest of which something has no meaning."""
+    if "direction" in sys.kinds:
+        refuse(
+            "sys",
+            sys.name,
+            f"expected a System without a direction (unit), at rest of which {what}; a regularised"
+            " one has none: v/np.sqrt(v @ v + eps**2)",
+        )
 
 
 def restore(name: str, params: dict[str, float]) -> System:
@@ -804,7 +847,8 @@ def system(
     """Make a system of one function in which something switches.
 
     The function is called once, with numbers that record what is done with them: plain numpy code
-    with `sign`, `abs`, `where`, `heaviside`, `minimum`, `maximum` and comparisons. What it switches
+    with `sign`, `abs`, `where`, `heaviside`, `minimum`, `maximum` and comparisons, and
+    `filippov.unit` for friction in a plane. What it switches
     on is found, and the right-hand side is split there into smooth fields, which run compiled and
     are differentiated exactly. Where the field jumps is a surface that is crossed or slid on; where
     only a derivative jumps (`abs`) it is a kink. The formulas are checked against the function at

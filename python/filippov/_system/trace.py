@@ -11,8 +11,17 @@ from typing import Any, NoReturn
 import numpy as np
 
 from filippov import _core
+from filippov._support.check import floats, refuse
 
-__all__ = ["DefinitionError", "Expression", "Names", "Numbers", "Vector", "as_expressions"]
+__all__ = [
+    "DefinitionError",
+    "Expression",
+    "Names",
+    "Numbers",
+    "Vector",
+    "as_expressions",
+    "unit",
+]
 
 
 class DefinitionError(ValueError):
@@ -371,6 +380,62 @@ def _fold(function: Callable[..., Any], values: list[Any]) -> Any:
     for value in values[1:]:
         result = function(result, value)
     return result
+
+
+def unit(a: Any, b: Any, c: Any = None) -> Any:
+    """Direction of a vector, `v/|v|`: of friction in a plane or in space.
+
+    Where the vector is zero it is any vector of the unit disc, as `sign(0)` is any number from -1
+    to 1: a body sticks there for as long as one of these holds it, and then leaves in the direction
+    of the force.
+
+    Parameters
+    ----------
+    a, b, c : number, array, or what is recorded of a function of a system
+        Entries of the vector, two or three.
+
+    Returns
+    -------
+    array, shape (2,) or (3,), or (2, k) or (3, k) of arrays
+        Of length 1; NaN where the vector is zero, since it is no number there. In a function of a
+        system a vector of what is recorded.
+
+    Raises
+    ------
+    DefinitionError
+        In a function of a system, for entries that cannot be recorded.
+    TypeError, ValueError
+        For entries that are no numbers, or arrays of different shapes.
+
+    Examples
+    --------
+    >>> import filippov as fp
+    >>> @fp.system(state="x y u w", params={"mu_g": 2.5})
+    ... def puck(t, s, p):
+    ...     n = fp.unit(s.u, s.w)
+    ...     return s.u, s.w, -p.mu_g * n[0], -p.mu_g * n[1]
+    >>> run = fp.simulate(puck, [0, 0, 3, 4], (0, 5))
+    >>> run.y[:, -1].round(6)
+    array([3., 4., 0., 0.])
+    >>> fp.unit(3, 4)
+    array([0.6, 0.8])
+    """
+    entries = (a, b) if c is None else (a, b, c)
+    recorded = next((v for v in entries if isinstance(v, Expression)), None)
+    if any(isinstance(v, Vector) for v in entries):
+        raise DefinitionError("unit takes the entries of a vector one by one: unit(*v)")
+    if recorded is not None:
+        nodes = [_as_expression(recorded, v)._e for v in entries]
+        g = recorded._graph
+        return Vector([Expression(g, g.unit(nodes, k)) for k in range(len(nodes))])
+    each = [floats(f"entry {'abc'[k]}", v, "expected numbers") for k, v in enumerate(entries)]
+    shapes = {v.shape for v in each if v.ndim > 0}
+    if len(shapes) > 1:
+        refuse("entry b", b, f"expected entries of one shape, got {sorted(shapes)}")
+    v = np.stack(np.broadcast_arrays(*each))
+    with np.errstate(all="ignore"):
+        scaled = v / np.max(np.abs(v), axis=0)
+        return scaled / np.sqrt(np.sum(scaled**2, axis=0))
 
 
 # --- vectors --------------------------------------------------------------------------------------
