@@ -1112,10 +1112,8 @@ private:
             return std::numeric_limits<S>::quiet_NaN();
         if (is_kind(sys_, j, SurfaceKind::jump)) // free; in contact there is a force and no s
             return mode[j] != 0 ? S(1) : std::numeric_limits<S>::quiet_NaN();
-        if (mode[j] != 0)
-            mode.set(j, 0);
         for (int k = 0; k < M; ++k)
-            if (same_direction(k, j))
+            if (same_direction(k, j) && mode[k] != 0)
                 mode.set(k, 0);
         const S s = sliding_margin(sys_, mode, j, segment_.clock().local, segment_.x(), p_).s;
         // Where L1 = L2 to rounding the field does not jump across the surface, and there is no s.
