@@ -477,7 +477,9 @@ private:
             const X there = put_on(on, S(t + left), X(place_.x + left * f));
             const X as_far_beside = there + (place_.x - put_on(on, t, place_.x));
             const X change = left * (place_.field(S(t + left), as_far_beside) - f);
-            if (forward() * left >= S(0) && reaches(left) && place_.norm(change) <= S(0.1)) {
+            // (from where it leaves the surface it does not come back at once)
+            const bool comes = elapsed_ > S(0) ? forward() * left >= S(0) : forward() * left > S(0);
+            if (comes && reaches(left) && place_.norm(change) <= S(0.1)) {
                 leap(left, there);
                 watch_.go_on_with_sections();
             } else if (abs_(dt) <= S(1e-3) * elapsed_) {
