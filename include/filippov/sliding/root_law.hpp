@@ -88,8 +88,11 @@ FILIPPOV_COLD bool repels_to_second_order(const Sys& sys, const Mode<surfaces_v<
             const auto there = seen_from(side);
             const State<Sys, S> y = beside(sys, layers, there, on, time, point, p);
             const State<Sys, S> f = mode_field(sys, there, time, y, p, &layers);
-            sum += normal_component(sys, j, time, y, p, f);
-            noise = std::max(noise, rate_rounding(sys, j, time, y, p, f));
+            const S rate = normal_component(sys, j, time, y, p, f);
+            // (a root makes of rounding of h what it makes of the width)
+            const S by_h = abs(rate) * rounding_band(sys, j, time, y, p) / layers.width[j];
+            sum += rate;
+            noise = std::max({noise, by_h, rate_rounding(sys, j, time, y, p, f)});
         }
         return S(direction) * sum;
     };
