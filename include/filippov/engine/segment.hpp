@@ -111,7 +111,7 @@ public:
             elapsed_ = S(0);
         }
         place_.enter(mode);
-        watch_.enter(!changed);
+        watch_.enter(!changed, forward() * time_scale());
         transversality_ = widest_ = S(0);
         if (changed && dt_ != S(0) && abs_(dt_) < S(100) * place_.resolution())
             choose_first_step();
