@@ -478,8 +478,8 @@ template <class Sys> bool differ_by_kinks(const Sys& sys, const Verdict<surfaces
 ///
 /// A side is kept if the first non-zero derivative of its h_j along the mode's field leads there; a
 /// slide if all |s_j| < 1, or at |s_j| = 1 the derivative of s_j points inward. The verdict is
-/// unique if one mode is admissible, but for the sides of kinks, and it slides on nothing or on what
-/// is shown to attract.
+/// unique if one mode is admissible, but for the sides of kinks, and it slides on nothing or on
+/// what is shown to attract.
 ///
 /// @param on    the surfaces in contact, two or more: hit here or slid on
 /// @param exit  the slide that ended here, if one did
