@@ -244,7 +244,7 @@ private:
             if (v.n_options == 0 && !independent_here(on))
                 return segment_.fail(Status::dependent_surfaces, "grad h", j);
             if (none || (chosen < 0 && policy == NonUnique::stop))
-                return segment_.fail(Status::ambiguous, v.reason, j);
+                return segment_.fail(Status::ambiguous, v.reason, j, v.n_options);
             if (chosen >= 0)
                 v.take(chosen);
         }

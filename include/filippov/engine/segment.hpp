@@ -188,13 +188,14 @@ public:
         }
     }
 
-    Status fail(Status status, std::string_view what, int surface = -1) {
+    /// @param branches  of an ambiguity, among which a policy may choose
+    Status fail(Status status, std::string_view what, int surface = -1, int branches = 0) {
         // A function that is interrupted has no value, and what is made of it is no failure.
         if (interrupted()) {
             status = Status::interrupted;
             what = "";
         }
-        diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface};
+        diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface, branches};
         return status;
     }
 
