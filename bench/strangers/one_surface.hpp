@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of three components and one surface: relays, blocks on belts, two-folds, gates. Which is
-// known at run time, so that the engine is compiled once for all.
+// Systems of three components and one surface: relays, blocks on belts, two-folds, gates, tanks,
+// roots, twisting laws. Which is known at run time, so that the engine is compiled once for all.
 #pragma once
 
 #include "relay.hpp"
@@ -89,6 +89,53 @@ struct GateLaw {
     }
 };
 
+/// A tank with the net inflow q(t), at the bottom no less than 0: z0' = q above, max(q, 0) below;
+/// z1' = c0 + c1 z0', z2' = c2.
+struct TankLaw {
+    Wave inflow;
+    double c0 = 0, c1 = 0, c2 = 0;
+
+    template <class S> void field(const S& t, const S*, const S& s, S* f) const {
+        const S q = inflow(t);
+        f[0] = s < S(0) && q < S(0) ? S(0) * q : q;
+        f[1] = S(c0) + S(c1) * f[0];
+        f[2] = S(c2);
+    }
+    template <class S> S h(const S&, const S* z) const { return z[0]; }
+};
+
+/// What runs out like a root: z0' = -k(t) |z0|^a sign(z0), or nothing below; z1' and z2' as before.
+struct RootLaw {
+    Wave k;
+    double a = 0.5, c0 = 0, c1 = 0, c2 = 0;
+    bool both = true; ///< sides run out
+
+    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
+        using std::abs;
+        using std::pow;
+        f[0] = s < S(0) && !both ? S(0) * z[0] : S(-s * k(t) * pow(S(abs(z[0])), S(a)));
+        f[1] = S(c0) + S(c1) * f[0];
+        f[2] = S(c2);
+    }
+    template <class S> S h(const S&, const S* z) const { return z[0]; }
+};
+
+/// A super-twisting law under a disturbance: z0' = -k |z0|^(1/2) s + z1 + d(t), z1' = e - b s,
+/// z2' = c2.
+struct TwistingLaw {
+    Wave d;
+    double k = 1, b = 1, e = 0, c2 = 0;
+
+    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
+        using std::abs;
+        using std::sqrt;
+        f[0] = S(-k) * sqrt(S(abs(z[0]))) * s + z[1] + d(t);
+        f[1] = S(e) - S(b) * s;
+        f[2] = S(c2);
+    }
+    template <class S> S h(const S&, const S* z) const { return z[0]; }
+};
+
 /// A section: W(t) + k0 z0 + k1 z1.
 struct SectionLaw {
     bool watched = false;
@@ -97,36 +144,40 @@ struct SectionLaw {
 };
 
 struct OneSurface {
-    enum Kind { relay, belt, two_fold, gate } kind = relay;
+    enum Kind { relay, belt, two_fold, gate, tank, root, twisting } kind = relay;
     RelayLaw relay_law{};
     BeltLaw belt_law{};
     TwoFoldLaw two_fold_law{};
     GateLaw gate_law{};
+    TankLaw tank_law{};
+    RootLaw root_law{};
+    TwistingLaw twisting_law{};
     SectionLaw section_law{};
 
-    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
+    /// Calls `use` with the law that it is.
+    template <class Use> auto with_law(const Use& use) const {
         switch (kind) {
         case relay:
-            return relay_law.field(t, z, s, f);
+            return use(relay_law);
         case belt:
-            return belt_law.field(t, z, s, f);
+            return use(belt_law);
         case gate:
-            return gate_law.field(t, z, s, f);
+            return use(gate_law);
+        case tank:
+            return use(tank_law);
+        case root:
+            return use(root_law);
+        case twisting:
+            return use(twisting_law);
         default:
-            return two_fold_law.field(t, z, s, f);
+            return use(two_fold_law);
         }
     }
+    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
+        with_law([&](const auto& law) { law.field(t, z, s, f); });
+    }
     template <class S> S h(const S& t, const S* z) const {
-        switch (kind) {
-        case relay:
-            return relay_law.h(t, z);
-        case belt:
-            return belt_law.h(t, z);
-        case gate:
-            return gate_law.h(t, z);
-        default:
-            return two_fold_law.h(t, z);
-        }
+        return with_law([&](const auto& law) { return law.h(t, z); });
     }
 };
 

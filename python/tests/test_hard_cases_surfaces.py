@@ -222,7 +222,15 @@ def test_h19_a_wall_and_friction_that_hold_the_same_speed(method):
         return s.v, -1 - 0.3 * np.sign(s.v)
 
     run = go(block, [0, 0], (0, 3), 1e-9, method)
-    assert_failed(run, "dependent_surfaces", "At t = 0, x = (0, 0)")
+    assert run.success
+    assert run.y[:, -1].tolist() == [0, 0]
+    # from a height it falls at 0.7, rises against 1.3, and keeps half of its speed at the wall
+    run = go(block, [0.5, 0], (0, 3), 1e-9, method)
+    assert run.success
+    assert run.y[:, -1].tolist() == [0, 0]
+    up, ratio = 0.5 * np.sqrt(0.7), 0.5 * np.sqrt(0.7 / 1.3)
+    flights = up * (1 / 1.3 + np.sqrt(0.7 / 1.3) / 0.7) / (1 - ratio)
+    assert times(run, "accumulation") == close([np.sqrt(1 / 0.7) + flights], 1e-8)
 
 
 def test_h19_a_surface_given_twice_is_one_or_is_refused():

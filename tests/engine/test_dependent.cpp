@@ -145,7 +145,7 @@ TEMPLATE_TEST_CASE("dependent: gradients of convex functions, to rest where all 
     std::uniform_real_distribution<double> real(-1, 1);
     int rested = 0;
     for (int k = 0; k < 24; ++k) {
-        const int n_components = 1 + k % 4, n_surfaces = 2 + k % 6;
+        const int n_components = 2 + k % 3, n_surfaces = 2 + k % 6;
         const Convex f = draw(generator, n_components, n_surfaces, k % 3 == 0);
         X x0 = X::Zero();
         for (int i = 0; i < n_components; ++i)

@@ -420,6 +420,41 @@ TEST_CASE("split: a switch inside another's argument splits that one", "[formula
     }
 }
 
+TEST_CASE("split: what switches smoothly inside another's argument leaves it one surface",
+          "[formulas]") {
+    const auto surfaces = [](const std::function<Expr(Graph&, Expr v, Expr size)>& curve) {
+        return plane([&](Graph& g, Expr x, Expr y, Expr) {
+            const Expr u = g.add(x, curve(g, y, g.abs(y)));
+            return std::vector{y, g.neg(sign(g, u))};
+        });
+    };
+    const auto power = [](double a) {
+        return [a](Graph& g, Expr v, Expr size) {
+            return g.mul(g.pow(size, g.constant(a)), sign(g, v));
+        };
+    };
+    CHECK(surfaces([](Graph& g, Expr v, Expr size) { return g.mul(v, size); }).surfaces() == 1);
+    for (const double a : {1.5, 2.0, 3.0, 0.5, 1.0 / 3}) { // of roots neither side goes on beyond
+        CAPTURE(a);
+        const auto d = surfaces(power(a));
+        REQUIRE(d.surfaces() == 1);
+        CHECK(d.kind[0] == SurfaceKind::switching);
+        CHECK(d.graph.value(d.h[0], 0, std::vector{0.5, -4.0}, {}) ==
+              Approx(0.5 - std::pow(4, a)).epsilon(1e-14));
+    }
+    // corners and jumps are surfaces of their own
+    CHECK(surfaces([](Graph&, Expr, Expr size) { return size; }).surfaces() == 3);
+    CHECK(surfaces([](Graph& g, Expr v, Expr) { return sign(g, v); }).surfaces() == 3);
+    // also if the field switches there anyway
+    const auto two = plane([&](Graph& g, Expr x, Expr y, Expr) {
+        const Expr u = g.add(x, power(1.5)(g, y, g.abs(y)));
+        return std::vector{y, g.sub(g.neg(sign(g, u)), sign(g, y))};
+    });
+    CHECK(two.surfaces() == 2);
+    for (const auto& f : two.region)
+        CHECK_FALSE(two.graph.switches(f[1]));
+}
+
 TEST_CASE("split: more surfaces than can be told apart are refused", "[formulas]") {
     CHECK_THROWS_AS(plane([](Graph& g, Expr x, Expr y, Expr) {
                         Expr sum = y;

@@ -43,9 +43,7 @@ constexpr std::string_view message(Status status) {
         return "The right-hand side or the switching function is not finite, and no shorter step "
                "helps.";
     case Status::ambiguous:
-        return "The solution is not unique, or not shown to be unique, at this point; choose a "
-               "branch "
-               "with on_nonunique.";
+        return "The solution is not unique, or not shown to be unique, at this point.";
     case Status::degenerate_surface:
         return "The gradient of the switching function vanishes on the surface; choose a switching "
                "function with a simple root.";

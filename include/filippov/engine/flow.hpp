@@ -268,7 +268,7 @@ private:
             if (v.n_options == 0 && !independent_here(on))
                 return segment_.fail(Status::dependent_surfaces, "grad h", j);
             if (none || (chosen < 0 && policy == NonUnique::stop))
-                return segment_.fail(Status::ambiguous, v.reason, j);
+                return segment_.fail(Status::ambiguous, v.reason, j, v.n_options);
             if (chosen >= 0)
                 v.take(chosen);
         }
@@ -323,9 +323,16 @@ private:
                        !is_kind(sys_, on[0], SurfaceKind::jump));
     }
     FILIPPOV_COLD RootLaws<Sys, S> roots_at(const Mode<M>& mode, const SurfaceSet<M>& on) const {
-        return root_laws(sys_, mode, on, segment_.clock().local, segment_.x(), p_,
-                         segment_.direction(), segment_.scale(),
-                         [&](int k) { return !is_kind(sys_, k, SurfaceKind::jump); });
+        const S t = segment_.clock().local;
+        const X& x = segment_.x();
+        const int direction = segment_.direction();
+        auto laws = root_laws(sys_, mode, on, t, x, p_, direction, segment_.scale(),
+                              [&](int k) { return !is_kind(sys_, k, SurfaceKind::jump); });
+        for (const int k : on)
+            laws.repels[std::size_t(k)] =
+                laws.layers.has(k) && repels_to_second_order(sys_, mode, k, laws.layers, on, t, x,
+                                                             p_, direction, segment_.time_scale());
+        return laws;
     }
     /// Judges where fields end like a root, by what they do beside the surfaces.
     FILIPPOV_COLD Verdict<M> judge_beside(const RootLaws<Sys, S>& roots,
@@ -341,10 +348,14 @@ private:
             v = admissible(sys_, before, on, segment_.clock().local, segment_.x(), p_, arrival,
                            exit, settings_.on_nonunique, &layers);
             for (const int k : on)
-                if (layers.has(k) && !exit.ends_on(k) && roots.grows_from_nothing(k)) {
+                if (!exit.ends_on(k) && layers.has(k) &&
+                    (roots.grows_from_nothing(k) || roots.repels[std::size_t(k)])) {
                     v.unique = false;
                     v.reason =
-                        "a field that leads away from a surface grows like a root from nothing";
+                        roots.repels[std::size_t(k)]
+                            ? "fields lead away from a surface to second order"
+                            : "a field that leads away from a surface grows like a root from "
+                              "nothing";
                 }
         }
         return v;

@@ -112,7 +112,7 @@ public:
             elapsed_ = S(0);
         }
         place_.enter(mode);
-        watch_.enter(!changed);
+        watch_.enter(!changed, forward() * time_scale());
         if constexpr (has_directions_v<Sys>)
             leaving_.reset();
         transversality_ = widest_ = S(0);
@@ -145,7 +145,7 @@ public:
             return;
         const auto slide = joint_sliding(leaving_->system(), place_.mode, t, place_.x, place_.p);
         for (const int j : slid_surfaces(place_.mode))
-            watch_.start_slide(j, slide.below[j], slide.above[j], slide.w[j]);
+            watch_.start_slide(j, slide.below[j], slide.above[j], watch_.attracts(slide, j));
     }
 
     /// Follows a mode, whatever that means, to the first root of one guard; -1: to the end.
@@ -208,13 +208,14 @@ public:
         }
     }
 
-    Status fail(Status status, std::string_view what, int surface = -1) {
+    /// @param branches  of an ambiguity, among which a policy may choose
+    Status fail(Status status, std::string_view what, int surface = -1, int branches = 0) {
         // A function that is interrupted has no value, and what is made of it is no failure.
         if (interrupted()) {
             status = Status::interrupted;
             what = "";
         }
-        diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface};
+        diagnosis_ = {what, place_.clock.absolute(), place_.x, place_.mode, surface, branches};
         return status;
     }
 
@@ -502,7 +503,9 @@ private:
             const X there = put_on(on, S(t + left), X(place_.x + left * f));
             const X as_far_beside = there + (place_.x - put_on(on, t, place_.x));
             const X change = left * (place_.field(S(t + left), as_far_beside) - f);
-            if (forward() * left >= S(0) && reaches(left) && place_.norm(change) <= S(0.1)) {
+            // (from where it leaves the surface it does not come back at once)
+            const bool comes = elapsed_ > S(0) ? forward() * left >= S(0) : forward() * left > S(0);
+            if (comes && reaches(left) && place_.norm(change) <= S(0.1)) {
                 leap(left, there);
                 watch_.go_on_with_sections();
             } else if (abs_(dt) <= S(1e-3) * elapsed_) {

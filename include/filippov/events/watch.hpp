@@ -52,8 +52,9 @@ public:
     /// The run has entered its mode, or goes on in it. Guards start from their values here;
     /// `start_root(guard, order)` afterwards tells which of them start on a root. (In a slide that
     /// goes on those of an end at which s stays do.)
-    void enter(bool goes_on) {
-        see_limits();
+    /// @param tau  a time over which the solution changes
+    void enter(bool goes_on, const S& tau) {
+        see_limits(tau);
         list_active();
         see_gradients();
         for (const int g : active_guards()) {
@@ -184,6 +185,11 @@ public:
     /// The end of s, -1 or 1, at which a slide on an intersection started on surface j, and may
     /// stay; 0: at none.
     int limit(int j) const { return limits_[idx(j)]; }
+    /// How surely a slide on an intersection attracts; what is left to the end of staying at a
+    /// limit, if it does on surface j.
+    S attracts(const JointSliding<Sys, S>& slide, int j) const {
+        return limit(j) != 0 ? slide.apart[j] : slide.w;
+    }
     /// True if h, where it was said to touch zero, is farther beyond than the tolerance explains.
     FILIPPOV_COLD bool dips(int g, const S& t, const X& x) const {
         return off_surface(g) && !(guard_value(g, t, x) >= -touch_band(g, false));
@@ -503,19 +509,26 @@ private:
                        is_kind(at_.sys, g / 3, SurfaceKind::direction);
         return at_.mode[g / 3] == 0 || g % 3 == 0;
     }
-    /// Sees on which surfaces of an intersection s is at an end.
-    void see_limits() {
+    /// Sees on which surfaces of an intersection s is at an end, and a little later, too: what only
+    /// touches it does not stay.
+    void see_limits([[maybe_unused]] const S& tau) {
         if constexpr (M > 1) {
             limits_ = {};
             any_limit_ = false;
             if (at_.mode.sliding() < 2)
                 return;
-            const auto slide =
-                joint_sliding(at_.sys, at_.mode, at_.clock.local, at_.x, at_.p, at_.its_layers());
+            const auto slide_at = [&](const S& t, const X& x) {
+                return joint_sliding(at_.sys, at_.mode, t, x, at_.p, at_.its_layers());
+            };
+            const auto ends = [&](const auto& slide, int j) {
+                return std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>;
+            };
+            const S t = at_.clock.local, dt = S(1e-3) * tau;
+            const auto slide = slide_at(t, at_.x);
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0 && is_kind(at_.sys, j, SurfaceKind::switching) &&
-                    !(at_.layered && at_.layers.has(j)) &&
-                    std::min(slide.below[j], slide.above[j]) <= detail::share_rounding<S>) {
+                    !(at_.layered && at_.layers.has(j)) && ends(slide, j) &&
+                    ends(slide_at(S(t + dt), X(at_.x + dt * slide.f)), j)) {
                     limits_[idx(j)] = slide.below[j] < slide.above[j] ? -1 : 1;
                     any_limit_ = true;
                 }
@@ -543,6 +556,9 @@ private:
         const int j = g / 3;
         if (at_.mode[j] != 0)
             return switching(at_.sys, t, x, at_.p)[j];
+        if constexpr (M > 1)
+            if (g % 3 == 2)
+                return attracts(joint_sliding(at_.sys, at_.mode, t, x, at_.p, at_.its_layers()), j);
         const Margin<S> margin = at_.margin(j, t, x);
         if (g % 3 == 2)
             return margin.w;
@@ -683,8 +699,8 @@ private:
             const auto slide = joint_sliding(at_.sys, at_.mode, t, x, at_.p, at_.its_layers());
             for (int j = 0; j < M; ++j)
                 if (at_.mode[j] == 0)
-                    sample_margins(j, k,
-                                   {slide.s[j], slide.below[j], slide.above[j], S(slide.w[j])});
+                    sample_margins(
+                        j, k, {slide.s[j], slide.below[j], slide.above[j], attracts(slide, j)});
         }
     }
     void sample_margins(int slid, std::size_t k, const Margin<S>& slide) {

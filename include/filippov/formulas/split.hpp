@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace filippov {
 
@@ -68,12 +69,12 @@ public:
         if (!graph_.varies(s))
             throw std::invalid_argument(name + " is none: its sign never changes");
         const auto [switched, factor] = without_params(s); // the factor is 1, or 0
-        if (switched < 0 || has_switch(graph_[switched].arg[0]))
+        if (switched < 0 || !is_plain(graph_[switched].arg[0]))
             throw std::invalid_argument(
                 name + " consists of several, where its factors or parts change sign; name those, "
                        "or leave them to be found in one right-hand side that switches by it");
         const Expr argument = graph_[switched].arg[0];
-        const bool stands_for = has_switch(h);
+        const bool stands_for = has_switch(h) && argument != h;
         if (stands_for)
             h = argument;
         for (std::size_t j = 0; j < surfaces_.size(); ++j)
@@ -247,9 +248,8 @@ private:
         Expr first = -1;
         for (const Expr e : all) {
             rest.push_back(restricted(e, side));
-            for (const Expr i : graph_.below(rest.back()))
-                if (is_plain_switch(i) && (first < 0 || i < first))
-                    first = i;
+            const Expr found = first_switch(rest.back());
+            first = first < 0 || (found >= 0 && found < first) ? found : first;
         }
         if (first < 0)
             return;
@@ -260,10 +260,76 @@ private:
             explore(rest, side);
         }
     }
-    /// A switch whose argument does not switch itself.
-    bool is_plain_switch(Expr e) const {
+    /// The first switch in an expression whose argument is plain; -1: none. Those inside a smooth
+    /// argument are parts of that.
+    Expr first_switch(Expr e) {
+        Expr first = -1;
+        std::vector<Expr> ahead{e};
+        for (std::set<Expr> seen; !ahead.empty();) {
+            const Expr i = ahead.back();
+            ahead.pop_back();
+            if (!graph_.switches(i) || !seen.insert(i).second)
+                continue;
+            if (is_plain_switch(i))
+                first = first < 0 ? i : std::min(first, i);
+            else
+                for (int k = 0; k < arity(graph_[i].op); ++k)
+                    ahead.push_back(graph_[i].arg[std::size_t(k)]);
+        }
+        return first;
+    }
+    /// A switch whose argument does not switch itself, or does so smoothly.
+    bool is_plain_switch(Expr e) {
         return graph_[e].op == Op::sign && graph_.varies(graph_[e].arg[0]) &&
-               !has_switch(graph_[e].arg[0]);
+               is_plain(graph_[e].arg[0]);
+    }
+    bool is_plain(Expr u) { return !has_switch(u) || is_smooth(u); }
+    /// True of what switches and is smooth all the same, as v |v| or |v|^1.5 sign(v): it and its
+    /// derivatives are the same on both sides of each of its switches. Of a root like |v|^0.5
+    /// sign(v) derivatives are not; but neither side has values beyond, and it is continuous.
+    bool is_smooth(Expr u) {
+        if (const auto found = smooth_.find(u); found != smooth_.end())
+            return found->second;
+        bool smooth = true;
+        for (const Expr i : graph_.below(u))
+            if (graph_[i].op == Op::sign && graph_.varies(graph_[i].arg[0]))
+                smooth = smooth && !has_switch(graph_[i].arg[0]) &&
+                         is_smooth_across(u, graph_[i].arg[0]);
+        return smooth_[u] = smooth;
+    }
+    bool is_smooth_across(Expr u, Expr v) {
+        const auto on_side = [&](int side) {
+            return graph_.rewrite(u, [&](Expr i, std::span<const Expr> arg) {
+                if (graph_[i].op == Op::sign && graph_.varies(arg[0])) {
+                    const auto [plain, turn] = graph_.turned(arg[0]);
+                    const auto [wanted, other] = graph_.turned(v);
+                    if (plain == wanted) {
+                        const Expr one = graph_.mul(turn, other);
+                        return side > 0 ? one : graph_.neg(one);
+                    }
+                }
+                return graph_.with_args(i, arg);
+            });
+        };
+        const std::vector<Expr> below{on_side(-1)}, above{on_side(+1)};
+        const std::vector<OnSurface> points = points_on(v);
+        if (points.empty() || !continuous(points, below, above))
+            return false;
+        const auto slopes = [&](Expr e) {
+            std::vector<Expr> all{graph_.derivative(e, graph_.time())};
+            for (std::size_t k = 0; k < points[0].at.x.size(); ++k)
+                all.push_back(graph_.derivative(e, graph_.state(int(k))));
+            return all;
+        };
+        const auto ends = [&](Expr e) {
+            return std::ranges::all_of(points, [&](const OnSurface& point) {
+                return std::ranges::any_of(point.beside, [&](const Samples::Point& near) {
+                    return !std::isfinite(value(e, near));
+                });
+            });
+        };
+        return continuous(points, slopes(below[0]), slopes(above[0])) ||
+               (ends(below[0]) && ends(above[0]));
     }
     bool has_switch(Expr e) const {
         if (!graph_.switches(e))
@@ -283,13 +349,17 @@ private:
                     return side[j] > 0 ? product->second.orientation
                                        : graph_.neg(product->second.orientation);
             }
-            if (graph_[i].op == Op::sign && graph_.varies(arg[0]) && !has_switch(arg[0])) {
-                const Side found = side_of(arg[0]);
+            // (what switches smoothly stays whole, whatever the sides of its parts)
+            const bool whole = graph_[i].op == Op::sign && graph_.varies(graph_[i].arg[0]) &&
+                               has_switch(graph_[i].arg[0]) && is_smooth(graph_[i].arg[0]);
+            const Expr u = whole ? graph_[i].arg[0] : arg.empty() ? -1 : arg[0];
+            if (graph_[i].op == Op::sign && graph_.varies(u) && is_plain(u)) {
+                const Side found = side_of(u);
                 const auto j = std::size_t(found.surface);
                 if (j < side.size() && side[j] != unknown)
                     return side[j] > 0 ? found.orientation : graph_.neg(found.orientation);
             }
-            return graph_.with_args(i, arg);
+            return whole ? i : graph_.with_args(i, arg);
         });
     }
 
@@ -457,6 +527,7 @@ private:
     Samples samples_;
     std::vector<Expr> surfaces_;
     std::map<Expr, Side> known_;
+    std::map<Expr, bool> smooth_;   ///< what `is_smooth` has found
     std::map<Expr, Side> products_; ///< signs that are products of one surface's and parameters'
 };
 
@@ -466,8 +537,8 @@ private:
 ///
 /// Switching functions are the arguments of the switches; equal ones, up to a factor, are one
 /// surface. A switch inside another's argument splits that one: sign(|x| - 1) has the surfaces x,
-/// x - 1 and -x - 1. A surface at which nothing changes is dropped; one at which the field is
-/// continuous is a kink.
+/// x - 1 and -x - 1; but where the argument is smooth, as x + v |v|, it is one surface. A surface
+/// at which nothing changes is dropped; one at which the field is continuous is a kink.
 ///
 /// The entries of directions come behind them, two or three surfaces each.
 ///

@@ -18,6 +18,7 @@ template <class S, int N, int M> struct Diagnosis {
     Vec<S, N> x = Vec<S, N>::Constant(std::numeric_limits<S>::quiet_NaN());
     Mode<M> mode{};
     int surface = -1;
+    int branches = 0; ///< of an ambiguity, among which a policy may choose
 };
 
 /// Why a segment ended.

@@ -35,9 +35,11 @@ template <class Sys, class S> struct JointSliding {
     Vec<S, M> below, above;
     bool unique_s = true; ///< else s is the one of least norm, and one margin stands for all
     /// On one surface L1 - L2: positive where sliding attracts, negative where it repels. On more
-    /// their attraction, but of a surface where s stays at an end L1 - L2, with the sign of their
-    /// attraction. 1 if all are contacts: that these attract is judged where they begin.
-    Vec<Real<S>, M> w;
+    /// their attraction. 1 if all are contacts: that these attract is judged where they begin.
+    Real<S> w = Real<S>(1);
+    /// The same, but of a surface where s is at an end L1 - L2, with the sign of their attraction:
+    /// it ends a slide in which s stays there.
+    Vec<Real<S>, M> apart;
 };
 
 /// 1 - |s|^2 of components begin to end: what is left of the unit disc.
@@ -77,6 +79,36 @@ hold_in_layers(const Regions<Sys, S>& regions, const Layers<Sys, Real<S>>& layer
     }
 }
 
+/// How surely the slide attracts, and what is left to the end of one in which s stays at an end.
+/// @param plain  the normal components
+template <class Sys, class S>
+FILIPPOV_INLINE void see_attraction(const Sys& sys, const Regions<Sys, S>& regions,
+                                    const Blend<S, surfaces_v<Sys>>& blend,
+                                    const NormalField<Real<S>, surfaces_v<Sys>>& plain,
+                                    const Layers<Sys, Real<S>>* layers, JointSliding<Sys, S>& r) {
+    using R = Real<S>;
+    SurfaceSet<surfaces_v<Sys>> at_limit;
+    bool all_apart = true;
+    for (int i = 0; i < regions.on.n; ++i) {
+        const int j = regions.on[i];
+        if (!is_kind(sys, j, SurfaceKind::switching) || (layers != nullptr && layers->has(j)) ||
+            !(std::min(value_of(blend.below[i]), value_of(blend.above[i])) <= share_rounding<R>))
+            continue;
+        at_limit.add(j);
+        r.apart[j] = apart(plain, blend, i);
+        all_apart = all_apart && r.apart[j] > R(0);
+    }
+    r.w = attraction(sys, regions.on, at_limit.n > 0 ? tangent_leads_in(plain) : plain);
+    if constexpr (has_jumps_v<Sys>)
+        if (!(r.w > R(0)) && contacts_hold(sys, regions))
+            r.w = R(1);
+    for (const int j : regions.on)
+        if (!at_limit.contains(j))
+            r.apart[j] = r.w;
+        else if (all_apart && !(r.w > R(0)))
+            r.apart[j] = -r.apart[j];
+}
+
 /// As `joint_sliding`, by the fields at the widths of layers, if there are some.
 template <class Sys, class S>
 FILIPPOV_NOINLINE JointSliding<Sys, S>
@@ -90,7 +122,7 @@ joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
         if (may_be_set_valued(blend)) [[unlikely]]
             if (const auto set = set_valued(sys, regions); set.found) {
                 r.unique_s = false;
-                r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(set.w);
+                r.w = set.w;
                 for (int i = 0; i < regions.on.n; ++i) {
                     const int j = regions.on[i];
                     r.s[j] = S(set.s[i]);
@@ -104,8 +136,10 @@ joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
     for (unsigned v = 0; v < regions.flow.regions(); ++v)
         for (int i = 0; i < dim_v<Sys>; ++i)
             r.f[i] += blend.share[v] * regions.field[v][i];
-    if (!r.unique_s)
+    if (!r.unique_s) {
+        r.apart = Vec<Real<S>, surfaces_v<Sys>>::Constant(r.w);
         return r;
+    }
     bool contacts = true; // and nothing else
     for (int i = 0; i < regions.on.n; ++i) {
         const int j = regions.on[i];
@@ -124,38 +158,15 @@ joint_sliding_at(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, const S& t,
                                  : S(1);
                 r.above[j] = S(1);
             }
-    r.w = Vec<Real<S>, surfaces_v<Sys>>::Constant(Real<S>(1));
-    if (contacts)
-        return r;
     auto plain = detail::values_of_field(regions.flow);
     if (layers != nullptr)
         hold_in_layers(regions, *layers, plain, r);
-    if (regions.on.n == 1) {
-        r.w[regions.on[0]] = plain(0, 0) - plain(1, 0);
-        return r;
-    }
-    const auto at_limit = [&](int i) {
-        return is_kind(sys, regions.on[i], SurfaceKind::switching) &&
-               (layers == nullptr || !layers->has(regions.on[i])) &&
-               std::min(value_of(blend.below[i]), value_of(blend.above[i])) <=
-                   share_rounding<Real<S>>;
-    };
-    bool limits = false, all_apart = true;
-    for (int i = 0; i < regions.on.n; ++i)
-        if (at_limit(i)) {
-            limits = true;
-            r.w[regions.on[i]] = apart(plain, blend, i);
-            all_apart = all_apart && r.w[regions.on[i]] > Real<S>(0);
-        }
-    Real<S> least = attraction(sys, regions.on, limits ? tangent_leads_in(plain) : plain);
-    if constexpr (has_jumps_v<Sys>)
-        if (!(least > Real<S>(0)) && contacts_hold(sys, regions))
-            least = Real<S>(1);
-    for (int i = 0; i < regions.on.n; ++i)
-        if (!at_limit(i))
-            r.w[regions.on[i]] = least;
-        else if (all_apart && !(least > Real<S>(0)))
-            r.w[regions.on[i]] = -r.w[regions.on[i]];
+    if (!contacts && regions.on.n == 1)
+        r.w = plain(0, 0) - plain(1, 0);
+    if (contacts || regions.on.n == 1)
+        r.apart = Vec<Real<S>, surfaces_v<Sys>>::Constant(r.w);
+    else
+        see_attraction(sys, regions, blend, plain, layers, r);
     return r;
 }
 
@@ -231,7 +242,7 @@ FILIPPOV_INLINE Margin<S> sliding_margin(const Sys& sys, const Mode<surfaces_v<S
         return {slide.below - S(1), slide.below, slide.above, slide.w};
     } else {
         const auto slide = joint_sliding(sys, mode, t, x, p, layers);
-        return {slide.s[j], slide.below[j], slide.above[j], S(slide.w[j])};
+        return {slide.s[j], slide.below[j], slide.above[j], S(slide.apart[j])};
     }
 }
 

@@ -484,12 +484,30 @@ private:
 
 } // namespace detail
 
+namespace detail {
+
+/// True if these modes differ by the sides of kinks alone, where fields are continuous: the
+/// solution is the same in all of them.
+template <class Sys> bool differ_by_kinks(const Sys& sys, const Verdict<surfaces_v<Sys>>& v) {
+    if (v.n_options > v.kept())
+        return false;
+    for (int k = 1; k < v.n_options; ++k)
+        for (int j = 0; j < surfaces_v<Sys>; ++j)
+            if (!is_kind(sys, j, SurfaceKind::kink) &&
+                v.option[std::size_t(k)][j] != v.option[0][j])
+                return false;
+    return true;
+}
+
+} // namespace detail
+
 /// Admissible modes at a point of several surfaces, the others as in `mode`: of all 3^n modes those
 /// whose own field keeps them.
 ///
 /// A side is kept if the first non-zero derivative of its h_j along the mode's field leads there; a
 /// slide if all |s_j| < 1, or at |s_j| = 1 the derivative of s_j points inward. The verdict is
-/// unique if one mode is admissible, and it slides on nothing or on what is shown to attract.
+/// unique if one mode is admissible, but for the sides of kinks, and it slides on nothing or on
+/// what is shown to attract.
 ///
 /// @param on    the surfaces in contact, two or more: hit here or slid on
 /// @param exit  the slide that ended here, if one did
@@ -525,10 +543,10 @@ admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces
         attracting = attracting && candidate.attracts();
         v.add(mode, starts, policy);
     }
-    v.unique = v.n_options == 1 && attracting;
+    v.unique = v.n_options > 0 && detail::differ_by_kinks(sys, v) && attracting;
     if (v.n_options == 0)
         v.reason = "no mode is admissible where these surfaces meet";
-    else if (v.n_options > 1)
+    else if (!detail::differ_by_kinks(sys, v))
         v.reason = "several modes are admissible where these surfaces meet";
     else if (!attracting)
         v.reason = "sliding where these surfaces meet is not shown to attract";

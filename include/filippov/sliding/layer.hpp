@@ -118,7 +118,7 @@ FILIPPOV_COLD State<Sys, S> beside(const Sys& sys, const Layers<Sys, Real<S>>& l
         const R to = speed || !on.contains(j) ? R(0) : R(side[j]) * layers.width[j];
         share[a] = to / gradients.length[std::size_t(a)];
     }
-    if (!(eliminate(gradients.cosine, share, all.size()) > R(0)))
+    if (!(eliminate(gradients.cosine, share, all.size()) > R(1e-12))) // as `independent`
         share = decltype(share)::Constant(std::numeric_limits<R>::quiet_NaN());
     State<Sys, S> y = x;
     for (int a = 0; a < all.size(); ++a)

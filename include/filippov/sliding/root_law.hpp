@@ -62,18 +62,74 @@ FILIPPOV_COLD RootLaw<S> root_law(const Sys& sys, const Mode<surfaces_v<Sys>>& m
     return law;
 }
 
+/// True if h_j' at the surface, of which the roots leave nothing, is led away from zero by the
+/// fields of both sides: what rests on the surface does so on a needle's point. (What falls short
+/// of a root is made up for by another component, as of a super-twisting law with the wrong sign.)
+/// @param layers, on, x  see `root_law`
+template <class Sys, class S>
+FILIPPOV_COLD bool repels_to_second_order(const Sys& sys, const Mode<surfaces_v<Sys>>& mode, int j,
+                                          const Layers<Sys, S>& layers,
+                                          const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
+                                          const State<Sys, S>& x, const Params<Sys, S>& p,
+                                          int direction, const S& tau) {
+    using std::abs;
+    const auto seen_from = [&](int side) {
+        Mode<surfaces_v<Sys>> there = mode;
+        there.set(j, side);
+        return there;
+    };
+    Mode<surfaces_v<Sys>> held = mode;
+    for (const int k : on)
+        held.set(k, 0);
+    S noise(0);
+    const auto rate_at = [&](const S& time, const State<Sys, S>& point) {
+        S sum(0);
+        for (const int side : {-1, 1}) {
+            const auto there = seen_from(side);
+            const State<Sys, S> y = beside(sys, layers, there, on, time, point, p);
+            const State<Sys, S> f = mode_field(sys, there, time, y, p, &layers);
+            const S rate = normal_component(sys, j, time, y, p, f);
+            // (a root makes of rounding of h what it makes of the width)
+            const S by_h = abs(rate) * rounding_band(sys, j, time, y, p) / layers.width[j];
+            sum += rate;
+            noise = std::max({noise, by_h, rate_rounding(sys, j, time, y, p, f)});
+        }
+        return S(direction) * sum;
+    };
+    const S dt = S(1e-3) * S(direction) * tau, here = rate_at(t, x);
+    std::array<int, 2> change{};
+    for (const int side : {-1, 1}) {
+        const auto there = seen_from(side);
+        const State<Sys, S> f =
+            mode_field(sys, there, t, beside(sys, layers, there, on, t, x, p), p, &layers);
+        const State<Sys, S> y = project(sys, Constraints<Sys>(sys, held), S(t + dt),
+                                        State<Sys, S>(x + dt * f), p, layers.lengths);
+        const S by = rate_at(S(t + dt), y) - here;
+        change[side > 0] = abs(by) <= S(16) * noise ? 0 : detail::sign(by);
+    }
+    return change[0] <= 0 && change[1] >= 0 && change[0] != change[1];
+}
+
 /// The surfaces at a point at which fields end like a root, and these laws.
 template <class Sys, class S> struct RootLaws {
     static constexpr int M = surfaces_v<Sys>;
     Layers<Sys, S> layers; ///< of those that may hold the solution: h' is small beside the root
     Layers<Sys, S> beyond; ///< of all: a side on which h' bends infinitely is entered from beside
     std::array<RootLaw<S>, std::size_t(M)> below{}, above{};
+    std::array<bool, std::size_t(M)> repels{}; ///< to second order
 
     bool any() const { return layers.any(); }
     /// True if h_j' grows like a root from nothing on a side that leads away: it may begin to at
     /// any time.
     bool grows_from_nothing(int j) const {
         return grows(below[std::size_t(j)], -1) || grows(above[std::size_t(j)], +1);
+    }
+    /// The side to which the rate at surface j leads, from where nothing but that counts; 0: none.
+    int side_of_rate(int j) const {
+        using std::abs;
+        const RootLaw<S>&a = below[std::size_t(j)], &b = above[std::size_t(j)];
+        const S rate = a.at_zero + b.at_zero, root = (a.rate - a.at_zero) - (b.rate - b.at_zero);
+        return abs(rate) <= S(1e-3) * abs(root) ? 0 : detail::sign(rate);
     }
 
 private:
@@ -142,8 +198,11 @@ FILIPPOV_COLD Verdict<surfaces_v<Sys>> admissible_beside(const RootLaws<Sys, S>&
                                                          const Mode<surfaces_v<Sys>>& mode, int j,
                                                          int exit, NonUnique policy) {
     const auto i = std::size_t(j);
-    const int below = exit < 0 ? -1 : detail::sign(laws.below[i].rate),
-              above = exit > 0 ? +1 : detail::sign(laws.above[i].rate);
+    int below = exit < 0 ? -1 : detail::sign(laws.below[i].rate),
+        above = exit > 0 ? +1 : detail::sign(laws.above[i].rate);
+    const bool repelled = exit == 0 && laws.repels[i];
+    if (repelled)
+        below = above = laws.side_of_rate(j);
     Verdict<surfaces_v<Sys>> v;
     v.mode = mode;
     v.below = {below, below != 0 ? 1 : 0, true};
@@ -165,7 +224,8 @@ FILIPPOV_COLD Verdict<surfaces_v<Sys>> admissible_beside(const RootLaws<Sys, S>&
         v.unique = true;
         option(below);
     } else {
-        v.reason = below == above && below == 0 ? "both sides' fields are tangent to the surface"
+        v.reason = repelled ? "both sides' fields lead away from the surface to second order"
+                   : below == above && below == 0 ? "both sides' fields are tangent to the surface"
                    : laws.grows_from_nothing(j)
                        ? "a field that leads away from the surface grows like a root from nothing"
                        : "one side's field leads away from the surface, the other not to it";

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import Literal, overload
 
@@ -250,7 +251,7 @@ def _trajectory(
         t_events=t_events,
         y_events=y_events,
         status=Status(run.status),
-        message=run.message + advice(sys, settings.method, run.status),
+        message=by_name(sys, run.message) + advice(sys, settings.method, run.status),
         events=log,
         mode=run.mode[:, 0] if sys.surfaces == 1 else run.mode.T,
         stats=Stats(**run.counters),
@@ -265,6 +266,15 @@ def method_for(sys: System, method: str | None, default: str) -> str:
     if method is None:
         return "rodas5p" if sys._positive() else default
     return method
+
+
+def by_name(sys: System, message: str) -> str:
+    """Say which surface a message of the core means by its number: its name, or what it is."""
+
+    def named(found: re.Match[str]) -> str:
+        return f"{found[0]} ({sys._surface_label(int(found[1]))})"
+
+    return re.sub(r", surface (\d+)", named, message)
 
 
 def advice(sys: System, method: str, status: str) -> str:

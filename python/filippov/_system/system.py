@@ -410,6 +410,17 @@ class System:
         """The switching functions in words, one a surface."""
         return self._switches
 
+    def _surface_label(self, j: int) -> str:
+        """Call a surface by its name, or by what it is if it has none."""
+        d = self._definition
+        if d is not None and d.smoothing is None:
+            jumps = list(d.jumps)
+            if j < len(d.surfaces):
+                return list(d.surfaces)[j]
+            if j >= self.surfaces - len(jumps):
+                return jumps[j - self.surfaces + len(jumps)]
+        return clipped(self._switches[j])
+
     @property
     def capabilities(self) -> frozenset[str]:
         """What the model gives itself: `grad_h`, `h_t`, `sliding_flow`, `period`, ...

@@ -27,6 +27,12 @@ template <class S, int N, int M> struct FlowResult {
         std::string text(filippov::message(status));
         if (status == Status::ok || status == Status::event)
             return text;
+        if (status == Status::ambiguous) {
+            text.pop_back();
+            text += diagnosis.branches > 1    ? "; choose a branch with on_nonunique."
+                    : diagnosis.branches == 1 ? "; on_nonunique = stay stays there all the same."
+                                              : ", and no branch is known that goes on.";
+        }
         char at[64];
         std::snprintf(at, sizeof at, " At t = %.15Lg", static_cast<long double>(diagnosis.t));
         text += at;

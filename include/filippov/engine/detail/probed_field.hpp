@@ -107,7 +107,7 @@ template <class Sys, class S, class Guards> struct SlideField {
             const Vec<S, M> h = switching(at.sys, t, x, at.p);
             for (int j = 0; j < M; ++j)
                 if (at.mode[j] == 0)
-                    guards.probe_margins(j, k, now.below[j], now.above[j], now.w[j]);
+                    guards.probe_margins(j, k, now.below[j], now.above[j], guards.attracts(now, j));
                 else
                     guards.probe(Guard<M>::below(j), k, h[j]);
         }
