@@ -47,8 +47,9 @@ S excess_beside(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const
 
 } // namespace detail
 
-/// True if h_j'' has opposite signs on both sides, so that some blend holds h_j' at zero, and if
-/// both sides agree on h_j' = 0 wherever that blend leads. (In a two-fold they agree at one point.)
+/// True if h_j'' has opposite signs on both sides, here and nearby, so that some blend holds h_j'
+/// at zero, and if both sides agree on h_j' = 0 wherever that blend leads. (In a two-fold they agree
+/// at one point.)
 template <class Sys, std::floating_point S>
 FILIPPOV_COLD bool may_slide_to_second_order(const Sys& sys, int j, const S& t,
                                              const State<Sys, S>& x, const Params<Sys, S>& p,
@@ -84,6 +85,14 @@ FILIPPOV_COLD bool may_slide_to_second_order(const Sys& sys, int j, const S& t,
     for (const double part : {3e-3, 1.7e-2}) {
         const S dt = S(part) * tau;
         if (!(apart(dt) <= S(1e-6) * w * abs(dt) + noise))
+            return false;
+    }
+    // Where the gradient of h ends like a root, h'' is without bound, and this w is rounding.
+    for (const State<Sys, S>& field : {b.f1, b.f2}) {
+        const S dt = S(1e-2) * tau;
+        const Sides<Sys, S> there =
+            second_order_sides(sys, j, S(t + dt), State<Sys, S>(x + dt * field), p);
+        if (!(there.l1 - there.l2 > S(0.1) * w))
             return false;
     }
     return true;
