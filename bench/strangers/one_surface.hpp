@@ -96,8 +96,9 @@ struct TankLaw {
     double c0 = 0, c1 = 0, c2 = 0;
 
     template <class S> void field(const S& t, const S*, const S& s, S* f) const {
-        const S q = inflow(t);
-        f[0] = s < S(0) && q < S(0) ? S(0) * q : q;
+        using std::abs;
+        const S q = inflow(t), up = (S(1) + s) * S(0.5), down = (S(1) - s) * S(0.5);
+        f[0] = up * q + down * S(0.5) * (q + abs(q));
         f[1] = S(c0) + S(c1) * f[0];
         f[2] = S(c2);
     }
@@ -113,7 +114,8 @@ struct RootLaw {
     template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
         using std::abs;
         using std::pow;
-        f[0] = s < S(0) && !both ? S(0) * z[0] : S(-s * k(t) * pow(S(abs(z[0])), S(a)));
+        const S side = both ? s : S((S(1) + s) * S(0.5));
+        f[0] = -side * k(t) * pow(S(abs(z[0])), S(a));
         f[1] = S(c0) + S(c1) * f[0];
         f[2] = S(c2);
     }

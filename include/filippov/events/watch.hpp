@@ -187,7 +187,7 @@ public:
     int limit(int j) const { return limits_[idx(j)]; }
     /// How surely a slide on an intersection attracts; what is left to the end of staying at a
     /// limit, if it does on surface j.
-    S attracts(const JointSliding<Sys, S>& slide, int j) const {
+    template <class Slide> S attracts(const Slide& slide, int j) const {
         return limit(j) != 0 ? slide.apart[j] : slide.w;
     }
     /// True if h, where it was said to touch zero, is farther beyond than the tolerance explains.
