@@ -58,13 +58,19 @@ struct Convex {
 
 Convex draw(std::mt19937& generator, int n_components, int n_surfaces, bool integers) {
     std::uniform_real_distribution<double> real(-1, 1);
-    std::uniform_int_distribution<int> integer(-1, 1), power(-9, 9);
+    std::uniform_int_distribution<int> integer(-2, 2), power(-9, 9);
     Convex f;
     f.n_components = n_components;
     f.n_surfaces = n_surfaces;
     for (std::size_t j = 0; j < M; ++j) {
         f.a[j].setZero();
-        while (j < std::size_t(n_surfaces) && f.a[j].norm() < 0.3)
+        const auto is_poor = [&] { // short, or that of a surface there is (which is refused)
+            bool poor = f.a[j].norm() < 0.3;
+            for (std::size_t k = 0; k < j; ++k)
+                poor = poor || std::abs(f.a[j].normalized().dot(f.a[k].normalized())) > 0.999;
+            return poor;
+        };
+        while (j < std::size_t(n_surfaces) && is_poor())
             for (int i = 0; i < n_components; ++i)
                 f.a[j][i] = integers ? integer(generator) : real(generator);
         f.c[j] = 1.1 + real(generator);
@@ -169,7 +175,7 @@ TEMPLATE_TEST_CASE("dependent: driven, they stick and slip", "[dependent]", Dorm
     std::uniform_real_distribution<double> real(-1, 1);
     int left = 0;
     for (int k = 0; k < 12; ++k) {
-        const int n_components = 1 + k % 3, n_surfaces = n_components + 1 + k % 2;
+        const int n_components = 2 + k % 3, n_surfaces = n_components + 1 + k % 2;
         Convex f = draw(generator, n_components, n_surfaces, k % 3 == 0);
         double most = 0;
         for (int i = 0; i < n_components; ++i)

@@ -48,8 +48,8 @@ S excess_beside(const Sys& sys, int j, const S& t, const State<Sys, S>& x, const
 } // namespace detail
 
 /// True if h_j'' has opposite signs on both sides, here and nearby, so that some blend holds h_j'
-/// at zero, and if both sides agree on h_j' = 0 wherever that blend leads. (In a two-fold they agree
-/// at one point.)
+/// at zero, and if both sides agree on h_j' = 0 wherever that blend leads. (In a two-fold they
+/// agree at one point.)
 template <class Sys, std::floating_point S>
 FILIPPOV_COLD bool may_slide_to_second_order(const Sys& sys, int j, const S& t,
                                              const State<Sys, S>& x, const Params<Sys, S>& p,

@@ -544,7 +544,7 @@ FILIPPOV_COLD bool is_same_surface(const Sys& sys, int a, int b, const S& t, con
                                    const Params<Sys, S>& p) {
     using std::abs;
     const auto here = switching(sys, t, x, p);
-    S factor(0);
+    S factor(0); // 0: not known yet
     for (int i = 0; i <= dim_v<Sys>; ++i)
         for (const double step : {1e-3, -0.7, 2.1}) {
             State<Sys, S> y = x;
@@ -555,7 +555,8 @@ FILIPPOV_COLD bool is_same_surface(const Sys& sys, int a, int b, const S& t, con
             const S by_a = there[a] - here[a], by_b = there[b] - here[b];
             if (factor == S(0) && abs(by_a) > S(0))
                 factor = by_b / by_a;
-            if (!(abs(by_b - factor * by_a) <=
+            if ((factor == S(0) && abs(by_a) > S(0)) ||
+                !(abs(by_b - factor * by_a) <=
                   S(1e-9) * abs(by_b) + S(64) * rounding_band(sys, b, time, y, p)))
                 return false;
         }
