@@ -6,9 +6,9 @@
 #include "contacts.hpp"
 #include "converters.hpp"
 #include "gates.hpp"
-#include "held.hpp"
 #include "lines.hpp"
 #include "relays.hpp"
+#include "twisting.hpp"
 #include "two_folds.hpp"
 
 #include <functional>
@@ -33,8 +33,6 @@ inline const std::vector<Family>& families() {
         {"converters", 8, draw_converter},
         {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},
         {"two-folds", 8, draw_two_fold},
-        {"tanks", 8, draw_tank},
-        {"roots", 8, draw_root},
         {"twisting", 8, draw_twisting},
         {"lines", 8, draw_lines},
     };

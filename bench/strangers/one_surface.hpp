@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of three components and one surface: relays, blocks on belts, two-folds, gates, tanks,
-// roots, twisting laws. Which is known at run time, so that the engine is compiled once for all.
+// Systems of three components and one surface: relays, blocks on belts, two-folds, gates, twisting
+// laws. Which is known at run time, so that the engine is compiled once for all.
 #pragma once
 
 #include "relay.hpp"
@@ -89,39 +89,6 @@ struct GateLaw {
     }
 };
 
-/// A tank with the net inflow q(t), at the bottom no less than 0: z0' = q above, max(q, 0) below;
-/// z1' = c0 + c1 z0', z2' = c2.
-struct TankLaw {
-    Wave inflow;
-    double c0 = 0, c1 = 0, c2 = 0;
-
-    template <class S> void field(const S& t, const S*, const S& s, S* f) const {
-        using std::abs;
-        const S q = inflow(t), up = (S(1) + s) * S(0.5), down = (S(1) - s) * S(0.5);
-        f[0] = up * q + down * S(0.5) * (q + abs(q));
-        f[1] = S(c0) + S(c1) * f[0];
-        f[2] = S(c2);
-    }
-    template <class S> S h(const S&, const S* z) const { return z[0]; }
-};
-
-/// What runs out like a root: z0' = -k(t) |z0|^a sign(z0), or nothing below; z1' and z2' as before.
-struct RootLaw {
-    Wave k;
-    double a = 0.5, c0 = 0, c1 = 0, c2 = 0;
-    bool both = true; ///< sides run out
-
-    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
-        using std::abs;
-        using std::pow;
-        const S side = both ? s : S((S(1) + s) * S(0.5));
-        f[0] = -side * k(t) * pow(S(abs(z[0])), S(a));
-        f[1] = S(c0) + S(c1) * f[0];
-        f[2] = S(c2);
-    }
-    template <class S> S h(const S&, const S* z) const { return z[0]; }
-};
-
 /// A super-twisting law under a disturbance: z0' = -k |z0|^(1/2) s + z1 + d(t), z1' = e - b s,
 /// z2' = c2.
 struct TwistingLaw {
@@ -146,13 +113,11 @@ struct SectionLaw {
 };
 
 struct OneSurface {
-    enum Kind { relay, belt, two_fold, gate, tank, root, twisting } kind = relay;
+    enum Kind { relay, belt, two_fold, gate, twisting } kind = relay;
     RelayLaw relay_law{};
     BeltLaw belt_law{};
     TwoFoldLaw two_fold_law{};
     GateLaw gate_law{};
-    TankLaw tank_law{};
-    RootLaw root_law{};
     TwistingLaw twisting_law{};
     SectionLaw section_law{};
 
@@ -165,10 +130,6 @@ struct OneSurface {
             return use(belt_law);
         case gate:
             return use(gate_law);
-        case tank:
-            return use(tank_law);
-        case root:
-            return use(root_law);
         case twisting:
             return use(twisting_law);
         default:
