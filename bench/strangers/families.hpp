@@ -8,7 +8,6 @@
 #include "gates.hpp"
 #include "lines.hpp"
 #include "relays.hpp"
-#include "twisting.hpp"
 #include "two_folds.hpp"
 
 #include <functional>
@@ -33,7 +32,6 @@ inline const std::vector<Family>& families() {
         {"converters", 8, draw_converter},
         {"several", 8, [](std::uint64_t n) { return RelayDrawn(n, false).two_problem(); }},
         {"two-folds", 8, draw_two_fold},
-        {"twisting", 8, draw_twisting},
         {"lines", 8, draw_lines},
     };
     return all;

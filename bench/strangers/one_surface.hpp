@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Systems of three components and one surface: relays, blocks on belts, two-folds, gates, twisting
-// laws. Which is known at run time, so that the engine is compiled once for all.
+// Systems of three components and one surface: relays, blocks on belts, two-folds, gates. Which is
+// known at run time, so that the engine is compiled once for all.
 #pragma once
 
 #include "relay.hpp"
@@ -89,22 +89,6 @@ struct GateLaw {
     }
 };
 
-/// A super-twisting law under a disturbance: z0' = -k |z0|^(1/2) s + z1 + d(t), z1' = e - b s,
-/// z2' = c2.
-struct TwistingLaw {
-    Wave d;
-    double k = 1, b = 1, e = 0, c2 = 0;
-
-    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
-        using std::abs;
-        using std::sqrt;
-        f[0] = S(-k) * sqrt(S(abs(z[0]))) * s + z[1] + d(t);
-        f[1] = S(e) - S(b) * s;
-        f[2] = S(c2);
-    }
-    template <class S> S h(const S&, const S* z) const { return z[0]; }
-};
-
 /// A section: W(t) + k0 z0 + k1 z1.
 struct SectionLaw {
     bool watched = false;
@@ -113,34 +97,36 @@ struct SectionLaw {
 };
 
 struct OneSurface {
-    enum Kind { relay, belt, two_fold, gate, twisting } kind = relay;
+    enum Kind { relay, belt, two_fold, gate } kind = relay;
     RelayLaw relay_law{};
     BeltLaw belt_law{};
     TwoFoldLaw two_fold_law{};
     GateLaw gate_law{};
-    TwistingLaw twisting_law{};
     SectionLaw section_law{};
 
-    /// Calls `use` with the law that it is.
-    template <class Use> auto with_law(const Use& use) const {
+    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
         switch (kind) {
         case relay:
-            return use(relay_law);
+            return relay_law.field(t, z, s, f);
         case belt:
-            return use(belt_law);
+            return belt_law.field(t, z, s, f);
         case gate:
-            return use(gate_law);
-        case twisting:
-            return use(twisting_law);
+            return gate_law.field(t, z, s, f);
         default:
-            return use(two_fold_law);
+            return two_fold_law.field(t, z, s, f);
         }
     }
-    template <class S> void field(const S& t, const S* z, const S& s, S* f) const {
-        with_law([&](const auto& law) { law.field(t, z, s, f); });
-    }
     template <class S> S h(const S& t, const S* z) const {
-        return with_law([&](const auto& law) { return law.h(t, z); });
+        switch (kind) {
+        case relay:
+            return relay_law.h(t, z);
+        case belt:
+            return belt_law.h(t, z);
+        case gate:
+            return gate_law.h(t, z);
+        default:
+            return two_fold_law.h(t, z);
+        }
     }
 };
 
