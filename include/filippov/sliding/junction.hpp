@@ -444,12 +444,25 @@ private:
                 return false;
         return true;
     }
+    /// What each component of the state is measured in: itself, or its change over tau.
+    State<Sys, S> units() const {
+        using std::abs;
+        State<Sys, S> units;
+        for (int i = 0; i < dim_v<Sys>; ++i) {
+            units[i] = abs(x_[i]);
+            for (unsigned v = 0; v < regions_.flow.regions(); ++v)
+                units[i] = std::max(units[i], S(abs(arrival_.tau * regions_.field[v][i])));
+            if (!(units[i] > S(0) && units[i] <= std::numeric_limits<S>::max()))
+                units[i] = S(1);
+        }
+        return units;
+    }
     /// True of a surface beside the slide that the surfaces slid on hold already: it would have to
     /// be slid on, too.
     bool is_held_anyway(int j) const {
         if (flow_.n == 0 || is_kind(sys_, j, SurfaceKind::kink))
             return false;
-        const State<Sys, S> unit = State<Sys, S>::Ones();
+        const State<Sys, S> unit = units();
         const auto held = independent_part(sys_, Constraints<Sys>(sys_, mode_), t_, x_, p_, unit);
         Constraints<Sys> one;
         one.add(j, is_kind(sys_, j, SurfaceKind::jump));
