@@ -136,6 +136,28 @@ TEST_CASE("units: friction is a direction however it is written", "[formulas]") 
     }
 }
 
+TEST_CASE("units: what a formula shares is looked at once") {
+    // a square of squares: 2^40 ways lead through it
+    const auto shared = [](Plane& p) {
+        Expr q = p.g.div(p.x, p.g.add(p.c(1), p.g.mul(p.x, p.x)));
+        for (int k = 0; k < 40; ++k)
+            q = p.g.mul(q, p.g.add(q, p.y));
+        return q;
+    };
+    const Definition factor = made([&](Plane& p) {
+        const Expr q = p.g.add(p.c(1), p.g.mul(shared(p), shared(p)));
+        const Expr k = p.g.div(p.g.neg(p.mu), p.speed());
+        return std::vector{p.g.mul(q, p.g.mul(p.u, k)), p.g.mul(p.w, k)};
+    });
+    CHECK(factor.kind == one_direction);
+    const Definition divisor = made([&](Plane& p) {
+        const Expr push = p.g.div(p.c(1), shared(p));
+        return std::vector{p.g.sub(push, p.g.div(p.g.mul(p.mu, p.u), p.speed())),
+                           p.g.neg(p.g.div(p.g.mul(p.mu, p.w), p.speed()))};
+    });
+    CHECK(divisor.kind == one_direction);
+}
+
 TEST_CASE("units: what nothing pulls to rest stays a quotient", "[formulas]") {
     const auto none = [](const Forces& forces) { return made(forces).surfaces() == 0; };
     const auto over = [](Plane& p, Expr factor, Expr a, Expr b) {

@@ -314,11 +314,11 @@ private:
     /// True if fields may end like a root at one of these surfaces: at a kink, at what has a layer,
     /// and where their derivatives did not decide.
     bool may_end_like_root(const Verdict<M>& v, const SurfaceSet<M>& on) const {
+        if (any_directed(sys_, on)) // modes of directions are judged by `admissible_at_rest` alone
+            return false;
         bool may = !v.finite || !v.unique;
         for (const int k : on)
             may = may || is_kind(sys_, k, SurfaceKind::kink) || segment_.layers().has(k);
-        for (const int k : on) // (modes of directions are judged by `admissible_at_rest` alone)
-            may = may && !is_directed(sys_, k);
         return may || (on.n == 1 && (v.below.sign == 0 || v.above.sign == 0) &&
                        !is_kind(sys_, on[0], SurfaceKind::jump));
     }
@@ -590,9 +590,8 @@ private:
     Verdict<M> judged(const Mode<M>& before, const SurfaceSet<M>& on, const S& t, const X& x,
                       const Arrival<S>& arrival, const SlideEnd<M>& exit, NonUnique policy) const {
         if constexpr (has_directions_v<Sys>)
-            for (const int j : on)
-                if (is_directed(sys_, j))
-                    return admissible_at_rest(sys_, before, on, t, x, p_, arrival, exit, policy);
+            if (any_directed(sys_, on))
+                return admissible_at_rest(sys_, before, on, t, x, p_, arrival, exit, policy);
         return admissible(sys_, before, on, t, x, p_, arrival, exit, policy);
     }
     /// True if the mode has a sliding field here.

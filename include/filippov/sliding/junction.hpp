@@ -5,6 +5,8 @@
 #include <filippov/sliding/intersection.hpp>
 #include <filippov/sliding/mode.hpp>
 
+#include <utility>
+
 namespace filippov {
 
 /// A mode free of all surfaces with jumps; it may slide on others.
@@ -495,9 +497,18 @@ private:
     bool at_end_ = false; ///< an s_j is at an end of its range, or a contact without force
 };
 
-} // namespace detail
-
-namespace detail {
+/// Calls `visit` with all 3^n modes of these surfaces, the others as they are.
+template <int M, class Visit>
+void in_each_mode(Mode<M> mode, const SurfaceSet<M>& on, const Visit& visit) {
+    int modes = 1;
+    for (int i = 0; i < on.n; ++i)
+        modes *= 3;
+    for (int code = 0; code < modes; ++code) {
+        for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
+            mode.set(on[i], rest % 3 - 1);
+        visit(std::as_const(mode));
+    }
+}
 
 /// True if these modes differ by the sides of kinks alone, where fields are continuous: the
 /// solution is the same in all of them.
@@ -514,7 +525,7 @@ template <class Sys> bool differ_by_kinks(const Sys& sys, const Verdict<surfaces
 
 } // namespace detail
 
-/// Admissible modes at a point of several surfaces, the others as in `mode`: of all 3^n modes those
+/// Admissible modes at a point of several surfaces, the others as before: of all 3^n modes those
 /// whose own field keeps them.
 ///
 /// A side is kept if the first non-zero derivative of its h_j along the mode's field leads there; a
@@ -527,35 +538,28 @@ template <class Sys> bool differ_by_kinks(const Sys& sys, const Verdict<surfaces
 /// @param layers  of surfaces that are looked at from beside; null: of none
 /// @cost  2^n fields, 3^n small linear systems
 template <class Sys, class S>
-Verdict<surfaces_v<Sys>>
-admissible(const Sys& sys, Mode<surfaces_v<Sys>> mode, const SurfaceSet<surfaces_v<Sys>>& on,
-           const S& t, const State<Sys, S>& x, const Params<Sys, S>& p, const Arrival<S>& arrival,
-           const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy,
-           const Layers<Sys, S>* layers = nullptr) {
+Verdict<surfaces_v<Sys>> admissible(const Sys& sys, const Mode<surfaces_v<Sys>>& before,
+                                    const SurfaceSet<surfaces_v<Sys>>& on, const S& t,
+                                    const State<Sys, S>& x, const Params<Sys, S>& p,
+                                    const Arrival<S>& arrival,
+                                    const SlideEnd<surfaces_v<Sys>>& exit, NonUnique policy,
+                                    const Layers<Sys, S>* layers = nullptr) {
     constexpr int M = surfaces_v<Sys>;
-    const Mode<M> before = mode;
     Verdict<M> v;
     v.mode = before;
-    const auto regions = regions_at(sys, mode, on, t, x, p, layers);
-    for (unsigned r = 0; r < regions.flow.regions(); ++r)
-        if (!all_finite<S, dim_v<Sys>>(regions.field[r])) {
-            v.finite = false;
-            return v;
-        }
-    int modes = 1;
-    for (int i = 0; i < on.n; ++i)
-        modes *= 3;
+    const auto regions = regions_at(sys, before, on, t, x, p, layers);
+    v.finite = are_finite(regions);
+    if (!v.finite)
+        return v;
     bool attracting = true;
-    for (int code = 0; code < modes; ++code) {
-        for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
-            mode.set(on[i], rest % 3 - 1);
+    detail::in_each_mode(before, on, [&](const Mode<M>& mode) {
         detail::Candidate<Sys, S> candidate(sys, mode, before, regions, t, x, p, arrival, layers);
         Starts<M> starts;
         if (!candidate.admissible(exit, starts))
-            continue;
+            return;
         attracting = attracting && candidate.attracts();
         v.add(mode, starts, policy);
-    }
+    });
     v.unique = v.n_options > 0 && detail::differ_by_kinks(sys, v) && attracting;
     if (v.n_options == 0)
         v.reason = "no mode is admissible where these surfaces meet";

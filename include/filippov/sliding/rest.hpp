@@ -387,22 +387,13 @@ admissible_at_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& before,
     constexpr int M = surfaces_v<Sys>;
     Verdict<M> v;
     v.mode = before;
-    const auto all = regions_at(sys, before, on, t, x, p);
-    for (unsigned r = 0; r < all.flow.regions(); ++r)
-        if (!all_finite<S, dim_v<Sys>>(all.field[r])) {
-            v.finite = false;
-            return v;
-        }
-    int modes = 1;
-    for (int i = 0; i < on.n; ++i)
-        modes *= 3;
+    v.finite = are_finite(regions_at(sys, before, on, t, x, p));
+    if (!v.finite)
+        return v;
     bool attracting = true;
-    Mode<M> mode = before;
-    for (int code = 0; code < modes; ++code) {
-        for (int i = 0, rest = code; i < on.n; ++i, rest /= 3)
-            mode.set(on[i], rest % 3 - 1);
+    detail::in_each_mode(before, on, [&](const Mode<M>& mode) {
         if (!detail::moves_whole(sys, mode, on))
-            continue;
+            return;
         const SurfaceSet<M> leaving = leaving_rest(sys, mode, on);
         SurfaceSet<M> others, held; // those that do not leave, and what friction acts on
         for (const int j : on) {
@@ -413,19 +404,19 @@ admissible_at_rest(const Sys& sys, const Mode<surfaces_v<Sys>>& before,
         }
         LeavingRest<Sys, S> off(sys, mode, leaving, t, x, p);
         if (leaving.n > 0 && (arrival.direction < 0 || !off.solve(exit, arrival.tau)))
-            continue;
+            return;
         const Leaving<Sys, S> system = off.system();
         Starts<M> starts;
         const auto regions = regions_at(system, mode, others, t, x, p);
         detail::Candidate<Leaving<Sys, S>, S> candidate(system, mode, before, regions, t, x, p,
                                                         arrival, nullptr);
         if (!candidate.admissible(exit, starts))
-            continue;
+            return;
         attracting = attracting && candidate.attracts() &&
                      (leaving.n == 0 ||
                       attraction(sys, held, regions_at(sys, mode, held, t, x, p).flow) > S(0));
         v.add(mode, starts, policy);
-    }
+    });
     v.unique = v.n_options == 1 && attracting;
     if (v.n_options == 0)
         v.reason = "a direction at rest neither sticks nor leaves";

@@ -252,26 +252,39 @@ private:
             return std::nullopt;
         }
     }
+    // (Each node is looked at once: what a formula shares it may share a thousand times.)
+
     /// A product without this factor, -1 if that is none of its factors.
     Expr without_factor(Expr product, Expr factor) {
-        if (product == factor)
-            return graph_.constant(1);
-        const Graph::Node n = graph_[product];
-        if (n.op == Op::neg) {
-            const Expr rest = without_factor(n.arg[0], factor);
-            return rest < 0 ? -1 : graph_.neg(rest);
+        std::vector<Expr> rest(std::size_t(product) + 1, -1);
+        for (const Expr e : graph_.below(product)) {
+            const Graph::Node n = graph_[e];
+            Expr& became = rest[std::size_t(e)];
+            const auto of = [&](std::size_t k) { return rest[std::size_t(n.arg[k])]; };
+            if (e == factor)
+                became = graph_.constant(1);
+            else if (n.op == Op::neg && of(0) >= 0)
+                became = graph_.neg(of(0));
+            else if (n.op == Op::mul && of(0) >= 0)
+                became = graph_.mul(of(0), n.arg[1]);
+            else if (n.op == Op::mul && of(1) >= 0)
+                became = graph_.mul(of(1), n.arg[0]);
         }
-        if (n.op != Op::mul || product < factor)
-            return -1;
-        for (const std::size_t k : {0u, 1u})
-            if (const Expr rest = without_factor(n.arg[k], factor); rest >= 0)
-                return graph_.mul(rest, n.arg[1 - k]);
-        return -1;
+        return rest[std::size_t(product)];
     }
+    /// The factors c of c.a.
+    using Factors = std::array<Expr, 3>;
     /// Factors c with e = c.a; none if that is not its form.
-    std::optional<std::array<Expr, 3>> linear_in(Expr e, const Entries& a, int deep = 0) {
+    std::optional<Factors> linear_in(Expr e, const Entries& a) {
+        std::vector<std::optional<Factors>> became(std::size_t(e) + 1);
+        for (const Expr i : graph_.below(e))
+            became[std::size_t(i)] = linear_node(i, a, became);
+        return became[std::size_t(e)];
+    }
+    std::optional<Factors> linear_node(Expr e, const Entries& a,
+                                       const std::vector<std::optional<Factors>>& became) {
         const Expr none = graph_.constant(0);
-        std::array<Expr, 3> c{none, none, none};
+        Factors c{none, none, none};
         if (graph_.is_constant(e, 0))
             return c;
         for (std::size_t k = 0; k < a.size(); ++k)
@@ -280,45 +293,39 @@ private:
                 return c;
             }
         const Graph::Node n = graph_[e];
-        if (deep > 64)
-            return std::nullopt;
-        const auto times = [&](const std::optional<std::array<Expr, 3>>& v, const auto& change) {
-            auto r = v;
+        const auto of = [&](std::size_t k) -> const std::optional<Factors>& {
+            return became[std::size_t(n.arg[k])];
+        };
+        const auto changed = [&](std::size_t k, const auto& change) {
+            auto r = of(k);
             if (r)
                 for (Expr& x : *r)
                     x = change(x);
             return r;
         };
+        const auto joined = [&](std::size_t i, std::size_t k,
+                                const auto& join) -> std::optional<Factors> {
+            if (!of(i) || !of(k))
+                return std::nullopt;
+            for (std::size_t r = 0; r < c.size(); ++r)
+                c[r] = join((*of(i))[r], (*of(k))[r]);
+            return c;
+        };
         switch (n.op) {
         case Op::add:
-        case Op::sub: {
-            const auto u = linear_in(n.arg[0], a, deep + 1), v = linear_in(n.arg[1], a, deep + 1);
-            if (!u || !v)
-                return std::nullopt;
-            for (std::size_t k = 0; k < 3; ++k)
-                c[k] =
-                    n.op == Op::add ? graph_.add((*u)[k], (*v)[k]) : graph_.sub((*u)[k], (*v)[k]);
-            return c;
-        }
+            return joined(0, 1, [&](Expr u, Expr v) { return graph_.add(u, v); });
+        case Op::sub:
+            return joined(0, 1, [&](Expr u, Expr v) { return graph_.sub(u, v); });
         case Op::neg:
-            return times(linear_in(n.arg[0], a, deep + 1), [&](Expr x) { return graph_.neg(x); });
-        case Op::mul:
-            for (const std::size_t k : {0u, 1u})
-                if (const auto found = times(linear_in(n.arg[k], a, deep + 1),
-                                             [&](Expr x) { return graph_.mul(x, n.arg[1 - k]); }))
-                    return found;
-            return std::nullopt;
-        case Op::div:
-            return times(linear_in(n.arg[0], a, deep + 1),
-                         [&](Expr x) { return graph_.div(x, n.arg[1]); });
-        case Op::where: {
-            const auto u = linear_in(n.arg[1], a, deep + 1), v = linear_in(n.arg[2], a, deep + 1);
-            if (!u || !v)
-                return std::nullopt;
-            for (std::size_t k = 0; k < 3; ++k)
-                c[k] = graph_.where(n.arg[0], (*u)[k], (*v)[k]);
-            return c;
+            return changed(0, [&](Expr x) { return graph_.neg(x); });
+        case Op::mul: {
+            const std::size_t k = of(0) ? 0 : 1;
+            return changed(k, [&](Expr x) { return graph_.mul(x, n.arg[1 - k]); });
         }
+        case Op::div:
+            return changed(0, [&](Expr x) { return graph_.div(x, n.arg[1]); });
+        case Op::where:
+            return joined(1, 2, [&](Expr u, Expr v) { return graph_.where(n.arg[0], u, v); });
         default:
             return std::nullopt;
         }

@@ -122,22 +122,24 @@ template <std::floating_point R, int M> R definiteness(Mat<R, M, M> a, int n) {
     return least;
 }
 
+/// dL_i/ds_k along the edge of the cube at corner v.
+template <std::floating_point R, int M>
+FILIPPOV_INLINE R slope_at(const NormalField<R, M>& w, unsigned v, int i, int k) {
+    return (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2);
+}
 /// How surely D J + J' D is negative definite all over the cube, J = dL/ds and D a diagonal matrix.
 /// J is multilinear, so that its corners decide.
 /// @param enough  less than this is not worth an answer
 template <std::floating_point R, int M>
 R surely_falls(const NormalField<R, M>& w, const Vec<R, M>& d, const R& enough) {
     const int n = w.n;
-    const auto slope = [&](unsigned v, int i, int k) {
-        return (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2);
-    };
     R least(1);
     Mat<R, M, M> last = Mat<R, M, M>::Zero();
     for (unsigned v = 0; v < w.regions() && least > enough; ++v) {
         Mat<R, M, M> a = Mat<R, M, M>::Zero();
         for (int i = 0; i < n; ++i)
             for (int k = i; k < n; ++k)
-                a(i, k) = a(k, i) = -(d[i] * slope(v, i, k) + d[k] * slope(v, k, i));
+                a(i, k) = a(k, i) = -(d[i] * slope_at(w, v, i, k) + d[k] * slope_at(w, v, k, i));
         if (a == last) // as where L is affine in s
             continue;
         last = a;
@@ -151,7 +153,7 @@ template <std::floating_point R, int M> Mat<R, M, M> mean_slope(const NormalFiel
     for (unsigned v = 0; v < w.regions(); ++v)
         for (int i = 0; i < w.n; ++i)
             for (int k = 0; k < w.n; ++k)
-                mean(i, k) += (w(v | 1u << k, i) - w(v & ~(1u << k), i)) / R(2) / R(w.regions());
+                mean(i, k) += slope_at(w, v, i, k) / R(w.regions());
     return mean;
 }
 

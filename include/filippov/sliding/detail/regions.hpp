@@ -36,6 +36,14 @@ template <class Sys, class S> struct Regions {
     Vec<S, M> strength; ///< of the push of the i-th surface, which has jumps; others unspecified
 };
 
+/// True if the fields of all regions are finite.
+template <class Sys, class S> bool are_finite(const Regions<Sys, S>& regions) {
+    for (unsigned v = 0; v < regions.flow.regions(); ++v)
+        if (!all_finite<S, dim_v<Sys>>(regions.field[v]))
+            return false;
+    return true;
+}
+
 /// L_j of a field value for all surfaces.
 template <class Sys, class S>
 Vec<S, surfaces_v<Sys>> normal_components(const Sys& sys, const S& t, const State<Sys, S>& x,
@@ -123,10 +131,6 @@ void push_regions(const Sys& sys, Regions<Sys, S>& r, const Mode<surfaces_v<Sys>
                     r.flow.normal[v][before] += passed_on;
         }
 }
-
-} // namespace detail
-
-namespace detail {
 
 /// The field of the region on these sides of the surfaces `on`. Of a direction, s = -1 and +1 of
 /// each component: the corners of a cube around the disc, between which the field is as affine.
